@@ -1,0 +1,111 @@
+"""Axes, signs, units, column names and status codes: defined here and nowhere else.
+
+World axes: x along the travel of the blade from its initial face, y up from the level of the
+blade's tip, both in mm. Image axes: x right, y down, pixel centres at integers, in px.
+:mod:`ploughval.photos.calibration` is the only place that converts one into the other.
+Angles are in degrees, measured from the horizontal, positive upwards ahead of the blade.
+Compression is negative in strains; forces on the blade are positive against its travel.
+"""
+
+from enum import IntEnum, StrEnum
+from types import MappingProxyType
+
+
+class Status(IntEnum):
+    """Reason code of a measured vector or tracked point; anything but OK and REPLACED is NaN."""
+
+    OK = 0
+    MASKED = 1
+    LOW_CORRELATION = 2
+    OUTLIER = 3
+    REPLACED = 4
+    EDGE = 5
+    NOT_CONVERGED = 6
+    FRAME_MISSING = 7
+    BURIED = 8
+    SHEARED = 9
+    AVALANCHED = 10
+    OUT_OF_PICTURE = 11
+    FLAT = 12
+    LOST = 13
+
+    @property
+    def meaning(self) -> str:
+        """The code's name as written into files: lower case, words joined by underscores."""
+        return self.name.lower()
+
+
+class ForceStatus(StrEnum):
+    """Reason code of one row of the force record."""
+
+    OK = "ok"
+    NO_ARM = "force_too_small_for_arm"
+    NOT_FINITE = "not_finite"
+    SATURATED = "saturated"
+    GAP = "gap"
+    OUTSIDE_LOG = "outside_log"
+
+
+class Direction(StrEnum):
+    """The way the blade travels in the photograph."""
+
+    RIGHT = "right"
+    LEFT = "left"
+
+    @property
+    def sign(self) -> int:
+        """+1 when image x and world x run the same way, -1 when they are opposed."""
+        return 1 if self is Direction.RIGHT else -1
+
+
+UNITS = MappingProxyType(
+    {
+        "_mm": "mm",
+        "_px": "px",
+        "_s": "s",
+        "_N": "N",
+        "_Nm": "N m",
+        "_deg": "degree",
+        "_kN_m3": "kN/m^3",
+        "_N_m": "N/m",
+        "_mJ": "mJ",
+        "_mm2": "mm^2",
+    }
+)
+
+FORCE_COLUMNS = (
+    "time_s",
+    "u_mm",
+    "force_N",
+    "force_std_N",
+    "arm_mm",
+    "arm_std_mm",
+    "force_raw_N",
+    "friction_N",
+    "status",
+)
+LAYER_COLUMNS = ("frame", "u_mm", "layer", "source", "x_mm", "y_mm", "std_mm")
+SURFACE_COLUMNS = ("frame", "u_mm", "x_mm", "y_mm")
+BAND_COLUMNS = (
+    "band",
+    "u_start_mm",
+    "u_end_mm",
+    "beta_deg",
+    "beta_std_deg",
+    "outcrop_x_mm",
+    "outcrop_std_mm",
+    "slip_mm",
+)
+MODEL_FORCE_COLUMNS = ("u_mm", "force_N", "beta_deg", "outcrop_x_mm", "band")
+
+
+def unit_of(name: str) -> str:
+    """Unit of a quantity from its name's ending; ``"1"`` for a plain number.
+
+    >>> unit_of("outcrop_x_mm"), unit_of("zncc"), unit_of("force_std_N")
+    ('mm', '1', 'N')
+    """
+    for ending in sorted(UNITS, key=len, reverse=True):
+        if name.endswith(ending):
+            return UNITS[ending]
+    return "1"
