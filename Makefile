@@ -1,0 +1,41 @@
+# make demo, make test: all the set-up a fresh machine needs is Python >= 3.11 and make.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test check bench format clean help
+
+help:
+	@echo "make demo    make the environment, process the example test folder, print where the report is"
+	@echo "make test    make the environment, run the tests"
+	@echo "make check   format, lint, types, imports, then the tests"
+	@echo "make bench   measure speed against error into reports/speed-error/"
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,tdms]'
+	@touch $@
+
+demo: $(READY)
+	$(BIN)/ploughval process data/example --out build/demo
+
+test: $(READY)
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal
+
+check: $(READY)
+	$(BIN)/ruff format --check src tests benchmarks
+	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(MAKE) test
+
+bench: $(READY)
+	$(BIN)/ploughval bench
+
+format: $(READY)
+	$(BIN)/ruff format src tests benchmarks
+	$(BIN)/ruff check --fix src tests benchmarks
+
+clean:
+	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
