@@ -1,1 +1,62 @@
-"""ploughval."""
+"""ploughval: measurements and model validation for blade-in-sand (ploughing) laboratory tests.
+
+``process`` and ``simulate`` do what the commands of the same names do; ``load_scene`` reads a test.toml.
+Nothing heavy is imported until one of them is called.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ploughval.model import History
+    from ploughval.run import Outcome
+    from ploughval.scene import Scene
+
+__all__ = ["load_scene", "process", "simulate"]
+
+
+def load_scene(path: Path | str) -> "Scene":
+    """Read and validate a test folder's settings; see :func:`ploughval.scene.load_scene`."""
+    from ploughval.scene import load_scene as load
+
+    return load(path)
+
+
+def process(folder: Path | str, *, out: Path | str | None = None, **options: Any) -> "Outcome":
+    """Process one test folder up to its report page.
+
+    Parameters
+    ----------
+    folder : path-like
+        Test folder with a test.toml.
+    out : path-like or None
+        Result folder; None: ``results`` in the test folder.
+    **options
+        workers, fresh and progress of :func:`ploughval.run.process_folder`.
+
+    Returns
+    -------
+    Outcome
+        Where results and report are, what was lost, the metrics.
+
+    Raises
+    ------
+    PloughvalError
+        When the input is refused.
+    """
+    from dataclasses import replace
+
+    from ploughval.report import write_report
+    from ploughval.run import process_folder
+
+    outcome = process_folder(folder, out=out, **options)
+    return replace(outcome, report=write_report(outcome.results))
+
+
+def simulate(
+    scene: "Scene", *, displacement_mm: float | None = None, tolerance: float | None = None
+) -> "History":
+    """Run the incremental-collapse model of a scene; see :func:`ploughval.model.simulate`."""
+    from ploughval.model import simulate as run
+
+    return run(scene, displacement_mm=displacement_mm, tolerance=tolerance)

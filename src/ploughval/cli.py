@@ -1,0 +1,363 @@
+"""The command line: the verbs of ploughval, their exit codes and their progress."""
+
+import json
+import logging
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+app = typer.Typer(
+    name="ploughval",
+    help="Measure blade-in-sand (ploughing) tests and validate the incremental-collapse model against them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+DONE, INCOMPLETE, REFUSED, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
+
+Folder = Annotated[Path, typer.Argument(help="Test folder with a test.toml.")]
+Folders = Annotated[list[Path], typer.Argument(help="Test folders, each with a test.toml.")]
+Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of text.")]
+
+
+class _Talk:
+    """What a command says: text, or one JSON value at its end."""
+
+    def __init__(self, as_json: bool) -> None:
+        self.as_json = as_json
+        self.summary: dict[str, Any] = {}
+
+    def say(self, text: str) -> None:
+        if not self.as_json:
+            typer.echo(text)
+
+    def warn(self, text: str) -> None:
+        typer.echo(text, err=True)
+
+    def close(self, code: int) -> None:
+        if self.as_json:
+            typer.echo(json.dumps({"exit_code": code, **self.summary}, indent=1, sort_keys=True, default=str))
+
+
+@contextmanager
+def _command(as_json: bool = False) -> Iterator[_Talk]:
+    """Turn what a command raises into its message and exit code: no traceback for what a user can cause."""
+    from ploughval.errors import PloughvalError
+
+    talk = _Talk(as_json)
+    try:
+        yield talk
+    except PloughvalError as error:
+        talk.summary["error"] = str(error)
+        talk.warn(f"refused: {error}")
+        talk.close(REFUSED)
+        raise typer.Exit(REFUSED) from None
+    except KeyboardInterrupt:
+        talk.warn("interrupted: finished stages are kept; the same command goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
+    except typer.Exit as stop:
+        talk.close(stop.exit_code)
+        raise
+    except Exception as error:
+        logging.getLogger(__name__).debug("internal error", exc_info=True)
+        talk.summary["error"] = f"{type(error).__name__}: {error}"
+        talk.warn(
+            f"internal error: {type(error).__name__}: {error}\n"
+            "This is a fault in ploughval: run again as `ploughval --debug ...` and report what it prints."
+        )
+        talk.close(INTERNAL)
+        raise typer.Exit(INTERNAL) from None
+    else:
+        talk.close(DONE)
+
+
+@app.callback()
+def _options(
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Print every log line and internal tracebacks.")
+    ] = False,
+) -> None:
+    logging.basicConfig(
+        level=logging.DEBUG if debug else logging.WARNING,
+        format="%(levelname)s %(name)s: %(message)s",
+        force=True,
+    )
+    for noisy in ("numba", "matplotlib", "PIL", "h5py", "fontTools"):
+        logging.getLogger(noisy).setLevel(logging.WARNING)
+
+
+@contextmanager
+def _progress(talk: _Talk) -> Iterator[Callable[[str, int, int], None] | None]:
+    """A progress bar on a terminal, plain lines in a log, nothing with --json."""
+    if talk.as_json:
+        yield None
+        return
+    if not sys.stderr.isatty():
+        yield _plain_progress(talk)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        tasks: dict[str, Any] = {}
+
+        def show(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=total)
+            if done == total or total > 1:
+                bar.update(tasks[stage], completed=done if total > 1 else bar.tasks[tasks[stage]].total)
+
+        yield show
+
+
+def _plain_progress(talk: _Talk) -> Callable[[str, int, int], None]:
+    said: dict[str, int] = {}
+
+    def show(stage: str, done: int, total: int) -> None:
+        tenth = 10 * done // total if total else 10
+        if tenth > said.get(stage, 0) and (total > 1 or stage not in said):
+            said[stage] = tenth
+            if total > 1 and tenth % 2 == 0:
+                talk.warn(f"{stage}: {done} of {total}")
+
+    return show
+
+
+@app.command()
+def init(folder: Annotated[Path, typer.Argument(help="Folder with photographs and logs.")]) -> None:
+    """Write a commented test.toml from what is in the folder."""
+    with _command() as talk:
+        from ploughval.run.draft import write_draft
+
+        path = write_draft(folder)
+        talk.say(
+            f"wrote {path}: answer the lines that end in a question mark, then: ploughval check {folder}"
+        )
+
+
+@app.command()
+def check(
+    folder: Folder,
+    picture: Annotated[Path | None, typer.Option(help="Where the preview goes (PNG or SVG).")] = None,
+    as_json: Json = False,
+) -> None:
+    """Validate everything, preview calibration, masks and first tracks; the test folder is not changed."""
+    with _command(as_json) as talk:
+        from ploughval.report import write_preview
+        from ploughval.run.preview import preview
+
+        found = preview(folder)
+        for line in found.lines:
+            talk.say(line)
+        talk.summary = {"test": found.name, "lines": list(found.lines), "picture": None}
+        if found.image is not None:
+            path = write_preview(found, picture)
+            talk.summary["picture"] = str(path)
+            talk.say(f"preview: {path}")
+
+
+def _process_one(folder: Path, out: Path | None, **options: Any) -> Any:
+    """One test up to the report page; at module level so that a cluster can run it."""
+    from ploughval import process
+
+    return process(folder, out=out, **options)
+
+
+@app.command()
+def process(
+    folders: Folders,
+    out: Annotated[
+        Path | None, typer.Option(help="Result folder (several tests: one folder each in it).")
+    ] = None,
+    workers: Annotated[
+        int, typer.Option(min=1, max=256, help="Threads; the numbers do not depend on it.")
+    ] = 2,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a dask scheduler (extra: cluster).")
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start over instead of reusing finished stages.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Process test folders: photographs and logs to measurements, model, comparison and report."""
+    with _command(as_json) as talk:
+        from ploughval.run.workers import run_all
+
+        worst = DONE
+        tests: list[dict[str, Any]] = []
+
+        def finished(index: int, result: Any) -> None:
+            nonlocal worst
+            code, row = _outcome_row(talk, folders[index], result, several=len(folders) > 1)
+            worst = max(worst, code)
+            tests.append(row)
+
+        with _progress(talk) as progress:
+            options: dict[str, Any] = {"workers": workers, "fresh": fresh}
+            if scheduler is None:
+                options["progress"] = progress
+            run_all(_process_one, folders, out=out, scheduler=scheduler, finished=finished, **options)
+        talk.summary["tests"] = tests
+        if worst != DONE:
+            raise typer.Exit(worst)
+
+
+def _outcome_row(talk: _Talk, folder: Path, result: Any, *, several: bool) -> tuple[int, dict[str, Any]]:
+    """Say what became of one test; its exit code and its row of the JSON summary."""
+    from ploughval.errors import PloughvalError
+
+    if isinstance(result, PloughvalError):
+        talk.warn(f"refused: {result}")
+        return REFUSED, {"folder": str(folder), "exit_code": REFUSED, "error": str(result)}
+    if isinstance(result, Exception):
+        if not several:
+            raise result
+        talk.warn(f"{folder}: internal error: {type(result).__name__}: {result}")
+        return INTERNAL, {"folder": str(folder), "exit_code": INTERNAL, "error": repr(result)}
+    code = DONE if result.complete else INCOMPLETE
+    for fault in result.faults:
+        talk.warn(f"{result.name}: {fault}")
+    talk.say(f"{result.name}: {'done' if code == DONE else 'done, incomplete'} in {result.seconds:.1f} s")
+    talk.say(f"report: {result.report}")
+    return code, {
+        "folder": str(folder),
+        "exit_code": code,
+        "test": result.name,
+        "results": str(result.results),
+        "report": str(result.report),
+        "faults": list(result.faults),
+        "metrics": result.metrics,
+        "seconds": round(result.seconds, 2),
+    }
+
+
+@app.command()
+def simulate(
+    test: Annotated[Path, typer.Argument(help="A test.toml, or a test folder.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Result folder; default: results/model beside test.toml.")
+    ] = None,
+    displacement: Annotated[float | None, typer.Option(help="Blade travel, mm.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Relative numerical error aimed at.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Run the incremental-collapse model alone; needs neither photographs nor load cells."""
+    with _command(as_json) as talk:
+        from ploughval.model import simulate as run_model
+        from ploughval.run.results import write_model
+        from ploughval.scene import load_scene
+
+        scene = load_scene(test, files=False)
+        history = run_model(scene, displacement_mm=displacement, tolerance=tolerance)
+        folder = out if out is not None else scene.folder / "results" / "model"
+        write_model(scene, history, folder)
+        end = history.force.iloc[-1]
+        talk.summary = {
+            "results": str(folder),
+            "P0_N": history.P0_N,
+            "u_mm": float(end["u_mm"]),
+            "bands": len(history.bands),
+            "force_std_N": float(history.force_std_N),
+        }
+        talk.say(f"P0 {history.P0_N:.3f} N; {len(history.bands)} shear bands to u = {end['u_mm']:.2f} mm")
+        talk.say(f"wrote force.csv, bands.csv, layers.csv in {folder}")
+
+
+@app.command()
+def fit(folder: Folder, as_json: Json = False) -> None:
+    """Friction angles and mobilization length from the measured force, with uncertainty."""
+    with _command(as_json) as talk:
+        from ploughval.run.soil import fit_folder
+
+        fitted, path = fit_folder(folder)
+        talk.summary = {"file": str(path), **fitted.to_json()}
+        talk.say(str(fitted))
+        talk.say(f"wrote {path}")
+
+
+@app.command()
+def report(
+    folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The page; default: report.html in the first results.")
+    ] = None,
+) -> None:
+    """Write the report page again: of one test, or of several compared."""
+    with _command() as talk:
+        from ploughval.report import write_report
+        from ploughval.run.results import results_of
+
+        path = write_report([results_of(folder) for folder in folders], out=out)
+        talk.say(f"report: {path}")
+
+
+@app.command()
+def synth(
+    out: Annotated[Path, typer.Argument(help="Folder to make.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+    frames: Annotated[int, typer.Option(min=2, max=2000, help="Number of photographs.")] = 30,
+    mm_per_px: Annotated[float, typer.Option(help="Scale, mm per px.")] = 0.3,
+    direction: Annotated[str, typer.Option(help="right or left: travel in the photograph.")] = "right",
+    noise: Annotated[float, typer.Option(help="Noise of a photograph, grey levels of 8 bit.")] = 2.0,
+    depth: Annotated[float, typer.Option(help="Depth of the blade, mm.")] = 30.0,
+    displacement: Annotated[float, typer.Option(help="Travel of the blade, mm.")] = 55.0,
+    peak: Annotated[float, typer.Option(help="Peak friction angle, degrees.")] = 42.0,
+    residual: Annotated[float, typer.Option(help="Residual friction angle, degrees.")] = 33.0,
+    mobilization: Annotated[float, typer.Option(help="Mobilization length, mm.")] = 1.0,
+    wall_friction: Annotated[float, typer.Option(help="Blade-sand friction angle, degrees.")] = 0.0,
+    unit_weight: Annotated[float, typer.Option(help="Unit weight, kN/m3.")] = 15.7,
+    force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
+) -> None:
+    """Make a whole test folder from a seed, with the exact truth beside it."""
+    with _command() as talk:
+        talk.say("not wired")
+
+
+@app.command()
+def bench(
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Which ones (model, piv, force, whole); default all.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where tables and figures go.")] = Path("reports/speed-error"),
+) -> None:
+    """Measure speed against error and write the tables."""
+    with _command() as talk:
+        from ploughval.run.benches import run_benches
+
+        for path in run_benches(names or [], out):
+            talk.say(f"wrote {path}")
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the example and its results.")] = Path(
+        "ploughval-demo"
+    ),
+    workers: Annotated[int, typer.Option(min=1, max=256, help="Threads.")] = 2,
+) -> None:
+    """Make the example test folder, process it and print where the report is."""
+    with _command() as talk:
+        from ploughval.synth import EXAMPLE, make_folder
+
+        make_folder(out, EXAMPLE, overwrite=True)
+        with _progress(talk) as progress:
+            result = _process_one(out, None, workers=workers, progress=progress)
+        talk.say(f"report: {result.report}")
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

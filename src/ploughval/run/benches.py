@@ -1,0 +1,74 @@
+"""Finds and runs the measurements of speed against error."""
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+
+import ploughval
+from ploughval.errors import ConfigError, Fault
+
+PREFIX = "bench_"
+
+
+def bench_folder() -> Path:
+    """Folder of the benchmark scripts: inside an installed package, or beside src in a checkout.
+
+    Raises
+    ------
+    ConfigError
+        When neither is there.
+    """
+    package = Path(ploughval.__file__).resolve().parent
+    for folder in (package / "benchmarks", package.parents[1] / "benchmarks"):
+        if any(folder.glob(f"{PREFIX}*.py")):
+            return folder
+    raise ConfigError("bench", [Fault("benchmarks", "nothing", "the scripts of a wheel or a checkout")])
+
+
+def run_benches(names: Sequence[str], out: Path) -> list[Path]:
+    """Run benchmark scripts; each prints its table and writes it.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Which ones ("model" for bench_model.py); empty: all, by name.
+    out : Path
+        Folder for the tables.
+
+    Returns
+    -------
+    list of Path
+        Files that are new or were changed.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown name; the message lists the known ones.
+    """
+    folder = bench_folder()
+    known = {path.stem.removeprefix(PREFIX): path for path in sorted(folder.glob(f"{PREFIX}*.py"))}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ConfigError(
+            "bench", [Fault("name", repr(name), f"one of {', '.join(known)}") for name in unknown]
+        )
+    before = _stamps(out)
+    for name in names or known:
+        _load(known[name]).main(["--out", str(out)])
+    return sorted(path for path, stamp in _stamps(out).items() if before.get(path) != stamp)
+
+
+def _stamps(out: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in out.rglob("*") if path.is_file()}
+
+
+def _load(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"ploughval_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

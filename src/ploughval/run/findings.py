@@ -1,0 +1,68 @@
+"""What the steps of one test have found: passed from step to step and then to the result files."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from ploughval.compare import Comparison
+from ploughval.loadcells import ForceResult
+from ploughval.model import History
+from ploughval.photos import Calibration, FrameSeries
+from ploughval.run.clock import Displacement
+from ploughval.run.window import WindowRecord
+from ploughval.tracers import BandFindings
+
+
+@dataclass(slots=True)
+class Findings:
+    """Results of the steps so far; None where a step was not called for or was lost."""
+
+    frames: FrameSeries | None = None
+    calibration: Calibration | None = None
+    window: WindowRecord | None = None
+    displacement: Displacement | None = None
+    force: ForceResult | None = None
+    tracks: xr.Dataset | None = None
+    surface: pd.DataFrame | None = None
+    layers: pd.DataFrame | None = None
+    bands: BandFindings | None = None
+    history: History | None = None
+    comparison: Comparison | None = None
+    faults: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    lost_steps: list[str] = field(default_factory=list)
+    timings_s: dict[str, float] = field(default_factory=dict)
+    input_digests: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def lost_frames(self) -> dict[int, str]:
+        """Frames that could not be read, with the reason."""
+        return {} if self.window is None else self.window.lost_frames
+
+    @property
+    def complete(self) -> bool:
+        """Whether no frame and no step was lost."""
+        return not self.lost_frames and not self.lost_steps
+
+    def frame_displacement_mm(self) -> NDArray[np.float64]:
+        """Blade displacement of each frame, mm; empty without photographs."""
+        return np.empty(0) if self.displacement is None else self.displacement.u_mm
+
+    def travel_mm(self) -> float | None:
+        """Largest blade displacement that was measured, mm; None where nothing was."""
+        known = [self.frame_displacement_mm()]
+        if self.force is not None:
+            known.append(self.force.record["u_mm"].to_numpy(float))
+        travels = [float(np.nanmax(u)) for u in known if np.isfinite(u).any()]
+        return max(travels) if travels and max(travels) > 0 else None
+
+    def force_record(self) -> pd.DataFrame | None:
+        """The force record, or None."""
+        return None if self.force is None else self.force.record
+
+    def band_table(self) -> pd.DataFrame | None:
+        """The measured bands, or None."""
+        return None if self.bands is None else self.bands.bands

@@ -1,0 +1,64 @@
+"""Where results come from: versions, hashes of inputs and of the code itself."""
+
+import hashlib
+import platform
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from ploughval.scene import Scene
+
+PACKAGES = ("numpy", "scipy", "opencv-python-headless", "pandas", "xarray", "numba", "pillow", "scikit-image")
+
+
+def versions() -> dict[str, str]:
+    """Versions of ploughval, Python and of the packages that touch numbers."""
+    found = {"ploughval": ploughval_version(), "python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def ploughval_version() -> str:
+    """The installed version of ploughval."""
+    try:
+        return version("ploughval")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """SHA-256 over ploughval's own source files: a stage's result is only reused by the same code."""
+    root = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's bytes, hexadecimal; 'unreadable' when it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return "unreadable"
+
+
+def input_digests(scene: Scene) -> dict[str, str]:
+    """SHA-256 of every file that the scene names, by its path relative to the test folder."""
+    patterns = [scene.source.name]
+    if scene.camera is not None:
+        patterns.append(scene.camera.photos)
+        if isinstance(scene.camera.times, str) and scene.camera.times != "exif":
+            patterns.append(scene.camera.times)
+        if scene.camera.board is not None:
+            patterns.append(scene.camera.board.picture)
+    if scene.loadcells is not None:
+        patterns += [scene.loadcells.log, *scene.loadcells.empty]
+    files = {path for pattern in patterns for path in scene.matches(pattern)}
+    return {path.relative_to(scene.folder).as_posix(): file_digest(path) for path in sorted(files)}

@@ -1,0 +1,243 @@
+"""The files of a result folder, written aside and renamed; run.json comes last."""
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ploughval import axes
+from ploughval.compare import metrics_mapping
+from ploughval.errors import DataError
+from ploughval.model import History
+from ploughval.run import provenance
+from ploughval.run.findings import Findings
+from ploughval.run.store import write_aside, write_csv, write_json
+from ploughval.run.tables import BLADE_COLUMNS, blade_table
+from ploughval.scene import Scene
+
+INCREMENT_COLUMNS = (
+    "frame",
+    "u_mm",
+    "du_mm",
+    "beta_deg",
+    "beta_std_deg",
+    "outcrop_x_mm",
+    "outcrop_std_mm",
+    "slip_mm",
+    "band",
+)
+BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
+MODEL_STAGES = 60  # layers of the model are written for at most so many displacements
+
+FILES = (
+    "force.csv",
+    "tracks.nc",
+    "layers.csv",
+    "surface.csv",
+    "bands.csv",
+    "model/force.csv",
+    "model/layers.csv",
+    "model/bands.csv",
+    "metrics.json",
+    "blade.csv",
+    "increments.csv",
+    "budget.csv",
+    "mobilised.csv",
+    "peaks.csv",
+    "layer_distances.csv",
+    "band_pairs.csv",
+    "report.html",
+    "run.json",
+)
+
+
+def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
+    """Write every file that the findings call for and remove those of an earlier run that they do not.
+
+    Returns
+    -------
+    list of Path
+        The files written, run.json last.
+
+    Raises
+    ------
+    DataError
+        When the disk refuses.
+    """
+    with suppress(OSError):
+        (folder / "run.json").unlink(missing_ok=True)
+    writer = _Writer(folder)
+    _write_measured(writer, found)
+    if found.history is not None:
+        write_model(scene, found.history, folder / "model", stages_mm=found.frame_displacement_mm())
+        writer.written += [folder / "model" / f"{name}.csv" for name in ("force", "bands", "layers")]
+    _write_comparison(scene, writer, found)
+    writer.json("run.json", run_record(scene, found))
+    _remove_stale(folder, writer.written)
+    return writer.written
+
+
+class _Writer:
+    """Writes into one folder and remembers what it wrote."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.written: list[Path] = []
+
+    def csv(self, name: str, table: pd.DataFrame | None, columns: tuple[str, ...]) -> None:
+        if table is not None:
+            write_csv(self._path(name), table, columns)
+
+    def json(self, name: str, value: Any) -> None:
+        write_json(self._path(name), value)
+
+    def netcdf(self, name: str, dataset: xr.Dataset) -> None:
+        encoding = {
+            str(variable): {"zlib": True, "complevel": 4, "shuffle": True}
+            for variable, data in dataset.data_vars.items()
+            if data.size
+        }
+        write_aside(
+            self._path(name), lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding) and None
+        )
+
+    def _path(self, name: str) -> Path:
+        path = self.folder / name
+        self.written.append(path)
+        return path
+
+
+def _write_measured(writer: _Writer, found: Findings) -> None:
+    if found.force is not None:
+        writer.csv("force.csv", found.force.record, axes.FORCE_COLUMNS)
+        writer.csv("budget.csv", found.force.budget, BUDGET_COLUMNS)
+    if found.tracks is not None:
+        writer.netcdf("tracks.nc", found.tracks)
+    writer.csv("layers.csv", found.layers, axes.LAYER_COLUMNS)
+    writer.csv("surface.csv", found.surface, axes.SURFACE_COLUMNS)
+    if found.bands is not None:
+        writer.csv("bands.csv", found.bands.bands, axes.BAND_COLUMNS)
+        writer.csv("increments.csv", found.bands.increments, INCREMENT_COLUMNS)
+    if found.window is not None and found.frames is not None:
+        table = blade_table(found.window, found.frames.time_s, found.frame_displacement_mm())
+        writer.csv("blade.csv", table, BLADE_COLUMNS)
+
+
+def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:
+    metrics = {} if found.comparison is None else metrics_mapping(found.comparison)
+    writer.json("metrics.json", {"test": scene.test.name, "metrics": metrics, "warnings": found.warnings})
+    if found.comparison is None:
+        return
+    for name in ("mobilised", "peaks", "layer_distances", "band_pairs"):
+        table = getattr(found.comparison, name)
+        if table is not None:
+            writer.csv(f"{name}.csv", table, tuple(table.columns))
+
+
+def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any = ()) -> None:
+    """Write force.csv, bands.csv and layers.csv of a model run.
+
+    Parameters
+    ----------
+    scene : Scene
+        Gives the heights of the tracer layers.
+    history : History
+        The run.
+    folder : Path
+        Where the files go.
+    stages_mm : (F,) float, mm
+        Blade displacements at which layers are wanted (NaN skipped), numbered as frames; empty: an
+        even spread over the run.
+    """
+    write_csv(folder / "force.csv", history.force, axes.MODEL_FORCE_COLUMNS)
+    write_csv(folder / "bands.csv", history.bands, axes.BAND_COLUMNS)
+    end = float(history.force["u_mm"].iloc[-1])
+    stages = np.asarray(stages_mm, float)
+    if not np.isfinite(stages).any():
+        stages = np.linspace(0.0, end, MODEL_STAGES // 2 + 1)
+    frames = np.arange(len(stages))
+    reached = np.isfinite(stages) & (stages <= end + 1e-9)
+    heights = () if scene.tracers is None else scene.tracers.layers_mm
+    layers = history.layers(heights, np.clip(stages[reached], 0.0, end), frames[reached])
+    write_csv(folder / "layers.csv", layers, axes.LAYER_COLUMNS)
+
+
+def results_of(folder: Path) -> Path:
+    """The result folder that a user means: the folder itself, or ``results`` in it.
+
+    Raises
+    ------
+    DataError
+        When neither holds a run.json.
+    """
+    for candidate in (folder, folder / "results"):
+        if (candidate / "run.json").is_file():
+            return candidate
+    raise DataError("holds no results; process it first: ploughval process FOLDER", path=folder)
+
+
+def run_record(scene: Scene, found: Findings) -> dict[str, Any]:
+    """What run.json says: versions, settings, input hashes, timings, frame ledger."""
+    return {
+        "ploughval": provenance.ploughval_version(),
+        "test": scene.test.name,
+        "folder": str(scene.folder.resolve()),
+        "settings": scene.model_dump(mode="json"),
+        "settings_hash": scene.settings_hash,
+        "code_hash": provenance.code_digest(),
+        "versions": provenance.versions(),
+        "inputs": found.input_digests,
+        "timings_s": {step: round(seconds, 3) for step, seconds in found.timings_s.items()},
+        "steps": [step.value for step in scene.steps],
+        "frames": _ledger(found),
+        "calibration": _calibration_record(found),
+        "clock": _clock_record(found),
+        "complete": found.complete,
+        "faults": found.faults,
+        "warnings": found.warnings,
+    }
+
+
+def _ledger(found: Findings) -> list[dict[str, Any]]:
+    if found.frames is None:
+        return []
+    u_mm = found.frame_displacement_mm()
+    rows = []
+    for frame, path in enumerate(found.frames.paths):
+        reason = found.lost_frames.get(frame, "")
+        row = {"frame": frame, "file": path.name, "time_s": found.frames.time_s[frame], "u_mm": u_mm[frame]}
+        rows.append({**row, "status": "lost" if reason else "ok", "reason": reason})
+    return rows
+
+
+def _calibration_record(found: Findings) -> dict[str, Any] | None:
+    c = found.calibration
+    if c is None:
+        return None
+    names = ("method", "mm_per_px", "scale_std", "residual_px")
+    return {name: getattr(c, name) for name in names}
+
+
+def _clock_record(found: Findings) -> dict[str, Any] | None:
+    d = found.displacement
+    if d is None:
+        return None
+    return {
+        "source": d.source,
+        "offset_s": d.clock_offset_s,
+        "offset_std_s": d.clock_offset_std_s,
+        "blade_minus_log_rms_mm": d.difference_rms_mm,
+    }
+
+
+def _remove_stale(folder: Path, written: list[Path]) -> None:
+    for name in FILES:
+        path = folder / name
+        if path not in written:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+    with suppress(OSError):
+        (folder / "model").rmdir()

@@ -1,0 +1,52 @@
+"""Soil parameters of a test folder fitted to its measured force."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from ploughval.errors import ConfigError, Fault
+from ploughval.loadcells import measure_force
+from ploughval.model.fit import SoilFit, fit_soil
+from ploughval.run.store import write_json
+from ploughval.scene import Scene, Step, load_scene
+
+
+def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[SoilFit, Path]:
+    """Fit peak and residual friction angle and mobilization length to a test's force.
+
+    Parameters
+    ----------
+    folder : path-like
+        Test folder; its force.csv is used where it has been processed, its log otherwise.
+    results : Path or None
+        Result folder; None: ``results`` in the test folder.
+
+    Returns
+    -------
+    fit : SoilFit
+        Values with standard uncertainties.
+    path : Path
+        The fit.json that was written.
+
+    Raises
+    ------
+    ConfigError
+        When the scene has no load cells or no soil to start from.
+    """
+    scene = load_scene(folder)
+    if Step.FORCE not in scene.steps or scene.soil is None:
+        missing = "[soil]" if scene.soil is None else "[loadcells]"
+        raise ConfigError(scene.source, [Fault(missing, "nothing", "a table", "A fit needs force and soil.")])
+    results = scene.folder / "results" if results is None else results
+    record = _force_record(scene, results)
+    known = record[["u_mm", "force_N", "force_std_N"]].notna().all(axis=1) & (record["u_mm"] > 0)
+    used = record.loc[known]
+    fitted = fit_soil(*(used[name].to_numpy(float) for name in ("u_mm", "force_N", "force_std_N")), scene)
+    path = results / "fit.json"
+    write_json(path, {"test": scene.test.name, **fitted.to_json()})
+    return fitted, path
+
+
+def _force_record(scene: Scene, results: Path) -> pd.DataFrame:
+    path = results / "force.csv"
+    return pd.read_csv(path) if path.is_file() else measure_force(scene).record

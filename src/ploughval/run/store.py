@@ -1,0 +1,135 @@
+"""Result files: written aside and renamed, stage results kept by content so that a run resumes."""
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ploughval.errors import DataError
+
+CACHE = ".store"
+
+
+def write_aside(path: Path, write: Callable[[Path], None]) -> None:
+    """Write a file under another name beside its place, sync it and rename it into place.
+
+    Parameters
+    ----------
+    path : Path
+        Final name; its folder is made when missing.
+    write : callable
+        Gets the temporary path and writes the file there.
+
+    Raises
+    ------
+    DataError
+        When the disk refuses (full, read-only, no permission).
+    """
+    temporary: Path | None = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+        os.close(handle)
+        temporary = Path(name)
+        write(temporary)
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except OSError as error:
+        raise DataError(
+            f"cannot be written ({error.strerror or error}); free space or choose another place with --out",
+            path=path,
+        ) from error
+    finally:
+        if temporary is not None:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with Unix line ends, aside and renamed."""
+    write_aside(path, lambda p: p.write_bytes(text.encode("utf-8")) and None)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON with sorted keys; NaN and infinity become null, for JSON has neither."""
+    write_text(path, json.dumps(_plain(value), indent=1, sort_keys=True, allow_nan=False) + "\n")
+
+
+def write_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
+    """Write the named columns of a table; NaN becomes an empty cell, floats keep 9 digits.
+
+    Nine significant digits are a nanometre in a metre: below any noise, and the same on every machine.
+    """
+    text = table.loc[:, list(columns)].to_csv(index=False, float_format="%.9g", lineterminator="\n")
+    write_text(path, text)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if isinstance(value, Path):
+        return str(value)
+    return value
+
+
+def key_of(*parts: str) -> str:
+    """Content key: SHA-256 over length-prefixed texts, so that no two lists of parts collide."""
+    digest = hashlib.sha256()
+    for part in parts:
+        data = part.encode("utf-8")
+        digest.update(str(len(data)).encode() + b":" + data)
+    return digest.hexdigest()
+
+
+class Store:
+    """Arrays of finished stages, kept beside the results under the key of all that they came from."""
+
+    def __init__(self, results: Path, *, fresh: bool = False) -> None:
+        self._folder = results / CACHE
+        self._fresh = fresh
+
+    def load(self, stage: str, key: str) -> dict[str, NDArray[Any]] | None:
+        """Arrays of a finished stage, or None when it has to run."""
+        path = self._path(stage, key)
+        if self._fresh or not path.is_file():
+            return None
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, KeyError):
+            return None
+
+    def save(self, stage: str, key: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Keep the arrays of a finished stage and drop what the stage left under other keys."""
+        path = self._path(stage, key)
+        write_aside(path, lambda p: _write_npz(p, arrays))
+        for old in self._folder.glob(f"{stage}-*.npz"):
+            if old != path:
+                with suppress(OSError):
+                    old.unlink()
+
+    def _path(self, stage: str, key: str) -> Path:
+        return self._folder / f"{stage}-{key[:32]}.npz"
+
+
+def _write_npz(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)

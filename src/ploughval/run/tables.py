@@ -1,0 +1,92 @@
+"""Measured arrays as the tables and datasets of the result folder."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from ploughval.axes import LAYER_COLUMNS, SURFACE_COLUMNS, Status, unit_of
+from ploughval.photos import Calibration
+from ploughval.run.window import WindowRecord
+from ploughval.scene import Scene
+
+Floats = NDArray[np.float64]
+
+BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
+LONG_NAMES = {
+    "x0_mm": "initial position along the travel",
+    "y0_mm": "initial height above the tip",
+    "layer_mm": "initial height of the tracer layer that the point belongs to",
+    "x_mm": "position along the travel",
+    "y_mm": "height above the tip",
+    "std_mm": "standard deviation of the position, either component, gathered since frame 0",
+    "zncc": "zero-normalised cross-correlation with the reference",
+    "status": "reason code",
+    "time_s": "time of the photograph by the camera's clock",
+    "u_mm": "blade displacement",
+    "blade_x_mm": "blade face found in the photograph",
+}
+
+
+def tracks_dataset(
+    record: WindowRecord, calibration: Calibration, scene: Scene, time_s: Floats, u_mm: Floats
+) -> xr.Dataset:
+    """Tracked points in world coordinates: the dataset of tracks.nc.
+
+    Returns
+    -------
+    Dataset
+        Dims frame and point; x_mm, y_mm, std_mm, zncc, status (frame, point); x0_mm, y0_mm, layer_mm
+        (point); time_s, u_mm, blade_x_mm (frame). A point that is not OK is NaN and ``status`` says why.
+    """
+    initial = calibration.to_mm(record.points_px)
+    valid = np.isin(record.status, (Status.OK, Status.REPLACED))
+    position = np.where(valid[..., None], calibration.to_mm(record.position_px), np.nan)
+    std = np.where(valid, record.point_std_px * calibration.mm_per_px, np.nan)
+    data = {
+        "x0_mm": ("point", initial[:, 0]),
+        "y0_mm": ("point", initial[:, 1]),
+        "layer_mm": ("point", record.layer_mm),
+        "x_mm": (("frame", "point"), position[..., 0]),
+        "y_mm": (("frame", "point"), position[..., 1]),
+        "std_mm": (("frame", "point"), std),
+        "zncc": (("frame", "point"), record.zncc),
+        "status": (("frame", "point"), record.status),
+        "time_s": ("frame", time_s),
+        "u_mm": ("frame", u_mm),
+        "blade_x_mm": ("frame", record.blade[:, 0]),
+    }
+    dataset = xr.Dataset(data)
+    for name, variable in dataset.data_vars.items():
+        variable.attrs = {"units": unit_of(str(name)), "long_name": LONG_NAMES[str(name)]}
+    dataset["status"].attrs["flag_values"] = np.array([int(s) for s in Status], np.int8)
+    dataset["status"].attrs["flag_meanings"] = " ".join(s.meaning for s in Status)
+    dataset.attrs = {
+        "title": scene.test.name,
+        "axes": "x along the travel of the blade from its initial face, y up from the level of the tip, mm",
+        "settings": json.dumps(json.loads(scene.settings_json), sort_keys=True),
+    }
+    return dataset
+
+
+def surface_table(record: WindowRecord, u_mm: Floats) -> pd.DataFrame:
+    """Free surface, one row a point: SURFACE_COLUMNS and std_mm."""
+    frame = record.surface[:, 0].astype(int)
+    columns = [frame, u_mm[frame], *record.surface[:, 1:].T]
+    return pd.DataFrame(dict(zip([*SURFACE_COLUMNS, "std_mm"], columns, strict=True)))
+
+
+def dyed_table(record: WindowRecord, u_mm: Floats) -> pd.DataFrame:
+    """Dyed layers found in the photographs: LAYER_COLUMNS with the source "dye"."""
+    frame = record.dyed[:, 0].astype(int)
+    x, y, std = record.dyed[:, 2:].T
+    columns = [frame, u_mm[frame], record.dyed[:, 1], np.full(len(frame), "dye"), x, y, std]
+    return pd.DataFrame(dict(zip(LAYER_COLUMNS, columns, strict=True)))
+
+
+def blade_table(record: WindowRecord, time_s: Floats, u_mm: Floats) -> pd.DataFrame:
+    """Blade face of each frame: BLADE_COLUMNS."""
+    columns = [np.arange(len(u_mm)), time_s, u_mm, *record.blade.T]
+    return pd.DataFrame(dict(zip(BLADE_COLUMNS, columns, strict=True)))
