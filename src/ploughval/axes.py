@@ -42,6 +42,7 @@ class ForceStatus(StrEnum):
     NO_ARM = "force_too_small_for_arm"
     NOT_FINITE = "not_finite"
     SATURATED = "saturated"
+    DROPOUT = "dropout"
     GAP = "gap"
     OUTSIDE_LOG = "outside_log"
 
