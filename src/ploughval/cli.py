@@ -303,23 +303,53 @@ def report(
 def synth(
     out: Annotated[Path, typer.Argument(help="Folder to make.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
-    frames: Annotated[int, typer.Option(min=2, max=2000, help="Number of photographs.")] = 30,
-    mm_per_px: Annotated[float, typer.Option(help="Scale, mm per px.")] = 0.3,
-    direction: Annotated[str, typer.Option(help="right or left: travel in the photograph.")] = "right",
-    noise: Annotated[float, typer.Option(help="Noise of a photograph, grey levels of 8 bit.")] = 2.0,
-    depth: Annotated[float, typer.Option(help="Depth of the blade, mm.")] = 30.0,
-    displacement: Annotated[float, typer.Option(help="Travel of the blade, mm.")] = 55.0,
-    peak: Annotated[float, typer.Option(help="Peak friction angle, degrees.")] = 42.0,
-    residual: Annotated[float, typer.Option(help="Residual friction angle, degrees.")] = 33.0,
-    mobilization: Annotated[float, typer.Option(help="Mobilization length, mm.")] = 1.0,
-    wall_friction: Annotated[float, typer.Option(help="Blade-sand friction angle, degrees.")] = 0.0,
-    unit_weight: Annotated[float, typer.Option(help="Unit weight, kN/m3.")] = 15.7,
-    force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
+    frames: Annotated[int | None, typer.Option(help="Number of photographs.")] = None,
+    mm_per_px: Annotated[float | None, typer.Option(help="Scale, mm per px.")] = None,
+    direction: Annotated[str | None, typer.Option(help="Travel in the photograph: right or left.")] = None,
+    noise: Annotated[float | None, typer.Option(help="Noise of a photograph, grey levels of 8 bit.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Depth of the blade, mm.")] = None,
+    displacement: Annotated[float | None, typer.Option(help="Travel of the blade, mm.")] = None,
+    peak: Annotated[float | None, typer.Option(help="Peak friction angle, degrees.")] = None,
+    residual: Annotated[float | None, typer.Option(help="Residual friction angle, degrees.")] = None,
+    mobilization: Annotated[float | None, typer.Option(help="Mobilization length, mm.")] = None,
+    wall_friction: Annotated[float | None, typer.Option(help="Blade-sand friction angle, degrees.")] = None,
+    repose: Annotated[float | None, typer.Option(help="Slope of repose, degrees.")] = None,
+    unit_weight: Annotated[float | None, typer.Option(help="Unit weight, kN/m3.")] = None,
+    bit_depth: Annotated[int | None, typer.Option(help="8 or 16.")] = None,
+    image_format: Annotated[str | None, typer.Option(help="png, jpg or tif.")] = None,
+    no_force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
+    no_photos: Annotated[bool, typer.Option("--no-photos", help="Leave the photographs out.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
 ) -> None:
     """Make a whole test folder from a seed, with the exact truth beside it."""
     with _command() as talk:
-        talk.say("not wired")
+        from ploughval.synth import EXAMPLE, adapt, make_folder
+
+        options = adapt(
+            EXAMPLE,
+            soil={
+                "peak_friction_deg": peak,
+                "residual_friction_deg": residual,
+                "mobilization_length_mm": mobilization,
+                "wall_friction_deg": wall_friction,
+                "repose_deg": repose,
+                "unit_weight_kN_m3": unit_weight,
+            },
+            name=out.resolve().name,
+            seed=seed,
+            frames=frames,
+            mm_per_px=mm_per_px,
+            direction=direction,
+            noise_grey=noise,
+            depth_mm=depth,
+            displacement_mm=displacement,
+            bit_depth=bit_depth,
+            image_format=image_format,
+            loadcells=not no_force,
+            photographs=not no_photos,
+        )
+        make_folder(out, options, overwrite=overwrite)
+        talk.say(f"made {out}: test.toml, photographs, logs, and the truth in {out / 'truth'}")
 
 
 @app.command()

@@ -1,0 +1,80 @@
+"""Measured arrays become tables in world coordinates, NaN where a point is not OK."""
+
+import numpy as np
+
+from ploughval.axes import Status
+from ploughval.photos import calibrate
+from ploughval.run.tables import blade_table, dyed_table, surface_table, tracks_dataset
+from ploughval.run.window import WindowRecord
+from ploughval.scene import Scene
+
+SCENE = Scene.model_validate(
+    {
+        "test": {"name": "tables"},
+        "blade": {"depth_mm": 30, "width_mm": 200},
+        "camera": {"photos": "*.png", "mm_per_px": 0.5, "tip_px": [100, 80], "direction": "left"},
+    }
+)
+
+
+def record():
+    position = np.array([[[100.0, 80.0], [90.0, 60.0]], [[98.0, 79.0], [np.nan, np.nan]]])
+    return WindowRecord(
+        blade=np.array([[0.0, 0.01], [1.0, 0.02]]),
+        surface=np.array([[0, 1.0, 30.0, 0.1], [1, 2.0, 31.0, 0.1]]),
+        dyed=np.array([[1, 10.0, 5.0, 10.5, 0.2], [1, 10.0, np.nan, np.nan, np.nan]]),
+        points_px=position[0],
+        layer_mm=np.array([np.nan, 10.0]),
+        position_px=position,
+        point_std_px=np.array([[0.0, 0.0], [0.02, np.nan]]),
+        zncc=np.array([[1.0, 1.0], [0.98, 0.2]]),
+        status=np.array([[0, 0], [0, Status.LOW_CORRELATION]], np.int8),
+        lost_frames={},
+    )
+
+
+def dataset():
+    return tracks_dataset(
+        record(), calibrate(SCENE, None), SCENE, np.array([np.nan, np.nan]), np.array([0.0, 1.0])
+    )
+
+
+def test_positions_are_world_millimetres_mirrored_for_a_blade_that_travels_left():
+    data = dataset()
+    assert np.allclose(data["x0_mm"], [0.0, 5.0])
+    assert np.allclose(data["y0_mm"], [0.0, 10.0])
+    assert np.allclose([data["x_mm"][1, 0], data["y_mm"][1, 0]], [1.0, 0.5])
+    assert np.allclose(data["std_mm"][1, 0], 0.01)
+
+
+def test_a_point_that_is_not_ok_is_nan_and_says_why():
+    data = dataset()
+    assert np.isnan(data["x_mm"][1, 1])
+    assert int(data["status"][1, 1]) == Status.LOW_CORRELATION
+    meanings = data["status"].attrs["flag_meanings"].split()
+    assert meanings[list(data["status"].attrs["flag_values"]).index(2)] == "low_correlation"
+
+
+def test_every_variable_names_its_unit():
+    units = {name: variable.attrs["units"] for name, variable in dataset().data_vars.items()}
+    assert units["x_mm"] == "mm"
+    assert units["time_s"] == "s"
+    assert units["zncc"] == "1"
+
+
+def test_tables_carry_the_displacement_of_their_frame():
+    u = np.array([0.0, 1.5])
+    assert surface_table(record(), u)["u_mm"].tolist() == [0.0, 1.5]
+    dyed = dyed_table(record(), u)
+    assert dyed["u_mm"].tolist() == [1.5, 1.5]
+    assert dyed["layer"].tolist() == [10.0, 10.0]
+    assert set(dyed["source"]) == {"dye"}
+    assert blade_table(record(), u, u)["blade_std_mm"].tolist() == [0.01, 0.02]
+
+
+def test_the_record_survives_the_store_unchanged():
+    first = record()
+    again = WindowRecord.from_arrays(first.to_arrays())
+    for name in ("blade", "surface", "dyed", "position_px", "status", "zncc"):
+        assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
+    assert again.lost_frames == {}

@@ -1,0 +1,126 @@
+"""The command line: verbs, exit codes, messages without tracebacks."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from ploughval import __all__ as public
+from ploughval.cli import app
+
+VERBS = ("init", "check", "process", "simulate", "fit", "report", "synth", "bench", "demo")
+MODEL_ONLY = """
+[test]
+name = "model only"
+[blade]
+depth_mm = 30.0
+width_mm = 1000.0
+[soil]
+unit_weight_kN_m3 = 16.0
+peak_friction_deg = 50.0
+residual_friction_deg = 32.0
+[tracers]
+layers_mm = [10, 20]
+"""
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+@pytest.fixture
+def model_only(tmp_path):
+    (tmp_path / "test.toml").write_text(MODEL_ONLY)
+    return tmp_path
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_its_help(verb):
+    result = run(verb, "--help")
+    assert result.exit_code == 0
+    assert "Usage" in result.output
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from ploughval.cli import app; from typer.testing import CliRunner;"
+        "assert CliRunner().invoke(app, ['--help']).exit_code == 0;"
+        "names = {'numpy', 'pandas', 'matplotlib', 'numba', 'cv2', 'scipy', 'xarray', 'pydantic'};"
+        "heavy = names & set(sys.modules);"
+        "print(sorted(heavy)); sys.exit(bool(heavy))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_public_names_are_those_of_the_design():
+    assert public == sorted(["load_scene", "process", "simulate"])
+
+
+def test_refused_settings_end_with_2_and_name_every_fault_without_a_traceback(tmp_path):
+    (tmp_path / "test.toml").write_text(MODEL_ONLY.replace("depth_mm = 30.0", "depth_mm = -3\ncolour = 1"))
+    result = run("process", tmp_path)
+    assert result.exit_code == 2
+    assert "blade.depth_mm" in result.stderr
+    assert "blade.colour" in result.stderr
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_folder_without_settings_is_told_how_to_get_them(tmp_path):
+    result = run("process", tmp_path)
+    assert result.exit_code == 2
+    assert "ploughval init" in result.stderr
+
+
+def test_simulate_needs_neither_photographs_nor_logs_and_prints_rankines_force(model_only):
+    """P0 = 16 kN/m3 x (30 mm)^2 / 2 x tan^2(70 degrees) x 1 m = 54.350 N."""
+    result = run(
+        "simulate", model_only / "test.toml", "--out", model_only / "m", "--displacement", 30, "--json"
+    )
+    assert result.exit_code == 0, result.output
+    summary = json.loads(result.stdout)
+    assert summary["P0_N"] == pytest.approx(54.350, abs=5e-4)
+    assert {p.name for p in (model_only / "m").iterdir()} == {"force.csv", "bands.csv", "layers.csv"}
+
+
+def test_a_scene_for_the_model_alone_has_a_report_without_photographs_and_force(model_only):
+    result = run("process", model_only, "--json")
+    assert result.exit_code == 0, result.output
+    results = model_only / "results"
+    assert (results / "report.html").is_file()
+    assert (results / "model" / "force.csv").is_file()
+    for name in ("force.csv", "tracks.nc", "surface.csv", "bands.csv", "layers.csv"):
+        assert not (results / name).exists()
+
+
+def test_one_refused_folder_among_several_does_not_stop_the_others(model_only, tmp_path):
+    empty = tmp_path / "empty-folder"
+    empty.mkdir()
+    result = run("process", empty, model_only, "--out", tmp_path / "o", "--json")
+    assert result.exit_code == 2
+    tests = json.loads(result.stdout)["tests"]
+    assert [t["exit_code"] for t in tests] == [2, 0]
+
+
+def test_reporting_what_was_not_processed_says_so(tmp_path):
+    result = run("report", tmp_path)
+    assert result.exit_code == 2
+    assert "process it first" in result.stderr
+
+
+def test_an_unknown_bench_lists_the_known_ones(tmp_path):
+    result = run("bench", "nonsense", "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "model" in result.stderr
+    assert "whole" in result.stderr
+
+
+def test_init_writes_a_draft_once(tmp_path):
+    assert run("init", tmp_path).exit_code == 0
+    text = (tmp_path / "test.toml").read_text()
+    assert "[blade]" in text
+    assert run("init", tmp_path).exit_code == 2
+    assert (tmp_path / "test.toml").read_text() == text
