@@ -1,1 +1,6 @@
-"""ploughval.photos."""
+"""Photographs: reading, order, times, and calibration from px to mm."""
+
+from ploughval.photos.calibration import Calibration, calibrate
+from ploughval.photos.frames import FrameSeries, open_frames
+
+__all__ = ["Calibration", "FrameSeries", "calibrate", "open_frames"]
