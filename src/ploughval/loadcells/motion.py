@@ -1,0 +1,70 @@
+"""When the blade moves: rest, onset and steady travel, from the displacement alone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NOISE_FACTOR = 10.0  # travel below this many standard deviations of the displacement is no motion
+_LEAST_REST_ROWS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Rows of a log: at rest to ``rest_end``, moving from ``onset``, steady from 2 to 98 % of the travel."""
+
+    rest_end: int  # exclusive; 0: the log holds no rest before motion
+    onset: int
+    steady_start: int
+    steady_end: int  # exclusive
+    travel_mm: float  # signed
+
+
+def find_motion(displacement_mm: NDArray[np.float64]) -> Motion | None:
+    """Find the first forward travel in a displacement record.
+
+    Parameters
+    ----------
+    displacement_mm : (N,) float, mm
+        In order of time; NaN rows are passed over.
+
+    Returns
+    -------
+    Motion or None
+        None where the displacement does not leave its own noise.
+    """
+    rows = np.flatnonzero(np.isfinite(displacement_mm))
+    if rows.size < 5:
+        return None
+    u = displacement_mm[rows]
+    start = float(np.median(u[: max(5, u.size // 1000)]))
+    far = float(u[np.argmax(np.abs(u - start))] - start)
+    rise = np.sign(far) * (u - start)
+    size = abs(far)
+    if size <= _NOISE_FACTOR * _noise(u):
+        return None
+    low = int(np.argmax(rise > 0.1 * size))
+    below = np.flatnonzero(rise[:low] < 0.02 * size)
+    steady_start = int(below[-1]) + 1 if below.size else 0
+    crossing = (
+        steady_start - 0.02 * max(low - steady_start, 1) / 0.08
+    )  # where the line 2 to 10 % reaches zero
+    rest = max(int(0.9 * crossing), 0)
+    steady_end = int(np.argmax(rise >= 0.98 * size)) + 1
+    if rest < _LEAST_REST_ROWS:
+        return Motion(0, 0, int(rows[steady_start]), int(rows[steady_end - 1]) + 1, far)
+    level = float(rise[:rest].mean())
+    limit = level + max(3 * float(rise[:rest].std()), 1e-9 * size)
+    still = np.flatnonzero(rise[:steady_start] <= limit)
+    onset = int(still[-1]) + 1 if still.size else 0
+    return Motion(
+        int(rows[rest]), int(rows[onset]), int(rows[steady_start]), int(rows[steady_end - 1]) + 1, far
+    )
+
+
+def _noise(values: NDArray[np.float64]) -> float:
+    """Standard deviation of white noise on a smooth curve, from the spread of its second differences."""
+    if values.size < 4:
+        return 0.0
+    second = np.diff(values, 2)
+    return float(1.4826 * np.median(np.abs(second - np.median(second))) / np.sqrt(6.0))

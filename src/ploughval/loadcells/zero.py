@@ -1,0 +1,68 @@
+"""Zero offsets, noise and drift of the two cells from the rows at rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+_BLOCKS = 10
+_COLOURED = (
+    2.2  # block means that vary this much more than white noise would (2 % level of 9 degrees of freedom)
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Zero:
+    """Offsets of the (upper, lower) cell; covariances are (2, 2), all in the unit of the moments given."""
+
+    mean: Floats
+    noise_cov: Floats  # of one sample
+    mean_cov: Floats  # of the offsets
+    drift: Floats  # change over the rest window
+    drift_std: Floats
+    rows: int
+
+    @property
+    def drifts(self) -> bool:
+        """Whether a cell's change over the rest window is beyond three standard deviations."""
+        return bool(np.any(np.abs(self.drift) > 3 * self.drift_std))
+
+
+def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
+    """Zero offsets from rows at rest.
+
+    Parameters
+    ----------
+    time_s : (N,) float, s
+        Strictly increasing.
+    cells : (2, N) float
+        Upper and lower moment; columns with NaN are left out.
+
+    Returns
+    -------
+    Zero or None
+        None with fewer than 3 finite rows. The offsets' covariance follows the scatter of the means of 10
+        blocks where that shows that the noise is not white.
+    """
+    good = np.isfinite(cells).all(axis=0) & np.isfinite(time_s)
+    count = int(good.sum())
+    if count < 3:
+        return None
+    t, m = time_s[good] - time_s[good].mean(), cells[:, good]
+    mean = m.mean(axis=1)
+    centred = m - mean[:, None]
+    slope = centred @ t / (t @ t)
+    residual = centred - slope[:, None] * t
+    noise_cov = residual @ residual.T / (count - 2)
+    mean_cov = noise_cov / count
+    span = float(t[-1] - t[0])
+    drift_std = span * np.sqrt(np.diag(noise_cov) / (t @ t))
+    if count >= 10 * _BLOCKS:
+        blocks = np.stack([part.mean(axis=1) for part in np.array_split(residual, _BLOCKS, axis=1)], axis=1)
+        block_cov = np.cov(blocks) / _BLOCKS
+        ratio = np.diag(block_cov) / np.maximum(np.diag(mean_cov), np.finfo(float).tiny)
+        if ratio.max() > _COLOURED:
+            mean_cov = block_cov
+            drift_std = drift_std * np.sqrt(np.maximum(ratio, 1.0))
+    return Zero(mean, noise_cov, mean_cov, slope * span, drift_std, count)
