@@ -1,5 +1,17 @@
 """Sand images and whole test folders with exact truth, from a seed."""
 
+from ploughval.synth.folder import EXAMPLE, make_folder
+from ploughval.synth.options import SynthOptions
 from ploughval.synth.sand import Grains, render_grains, sand_texture
+from ploughval.synth.truth import Truth, load_truth
 
-__all__ = ["Grains", "render_grains", "sand_texture"]
+__all__ = [
+    "EXAMPLE",
+    "Grains",
+    "SynthOptions",
+    "Truth",
+    "load_truth",
+    "make_folder",
+    "render_grains",
+    "sand_texture",
+]

@@ -1,0 +1,166 @@
+"""What a synthetic test folder shall contain."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Literal
+
+from ploughval.axes import Direction
+from ploughval.errors import ConfigError, Fault
+from ploughval.scene import Blade, Box, ModelTable, Scene, Soil, TestTable, Tracers
+
+PAPER_SOIL = Soil(unit_weight_kN_m3=15.7, peak_friction_deg=50.0, residual_friction_deg=32.0)
+"""Dense super-fine silica sand of Kashizadeh et al. (2014), section 3.3."""
+
+_POSITIVE = (
+    "mm_per_px",
+    "depth_mm",
+    "width_mm",
+    "thickness_mm",
+    "speed_mm_s",
+    "displacement_mm",
+    "layer_thickness_mm",
+    "spacing_px",
+    "rate_hz",
+    "rest_s",
+)
+_NOT_NEGATIVE = (
+    "seed",
+    "noise_grey",
+    "vignetting",
+    "friction_N",
+    "friction_scatter",
+    "moment_noise_Nm",
+    "zero_offset_Nm",
+    "empty_runs",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SynthOptions:
+    """A whole test: scene, photographs and logs. Grey levels are on the 8-bit scale.
+
+    Attributes
+    ----------
+    seed : source of everything random
+    frames : photographs, the first before motion, the last at ``displacement_mm``
+    mm_per_px, direction : scale, and the way the blade travels in the photographs
+    depth_mm, width_mm, thickness_mm, speed_mm_s, displacement_mm, box_length_mm : blade and box
+    soil, told_soil : the true sand, and the one that test.toml tells (None: the same)
+    tolerance : of the model that moves the sand
+    layers_mm, layer_thickness_mm, dyed : heights of the layers; whether they are dyed dark
+    spacing_px, diameter_px : grains, as in :func:`ploughval.synth.sand_texture`
+    air_grey, blade_grey : background and blade
+    noise_grey : standard deviation of the camera's noise
+    vignetting, gradient : loss of light in the corners; change of light from left to right, both relative
+    bit_depth, image_format : of the photographs
+    photographs, loadcells : whether the folder holds them
+    rate_hz, rest_s, empty_runs : of the logs
+    spacing_mm, lower_to_tip_mm : between the cells, and from the lower one to the tip
+    friction_N, friction_scatter : of the blade on the box: mean force, relative spread between runs
+    moment_noise_Nm, zero_offset_Nm : standard deviations, per reading and per run
+    clock_offset_s, clock_told : photograph clock minus log clock; whether test.toml tells it (else "auto")
+    """
+
+    seed: int = 0
+    name: str = "synth"
+    frames: int = 30
+    mm_per_px: float = 0.3
+    direction: Direction = Direction.RIGHT
+    depth_mm: float = 30.0
+    width_mm: float = 218.0
+    thickness_mm: float = 5.0
+    speed_mm_s: float = 1.0
+    displacement_mm: float = 55.0
+    box_length_mm: float | None = None
+    soil: Soil = PAPER_SOIL
+    told_soil: Soil | None = None
+    tolerance: float = 1e-3
+    layers_mm: tuple[float, ...] = (5.0, 10.0, 15.0, 20.0, 25.0)
+    layer_thickness_mm: float = 1.5
+    dyed: bool = True
+    spacing_px: float = 1.55
+    diameter_px: tuple[float, float] = (2.5, 6.0)
+    air_grey: float = 45.0
+    blade_grey: float = 205.0
+    noise_grey: float = 2.0
+    vignetting: float = 0.05
+    gradient: float = 0.03
+    bit_depth: Literal[8, 16] = 8
+    image_format: Literal["png", "jpg", "tif"] = "png"
+    photographs: bool = True
+    loadcells: bool = True
+    rate_hz: float = 50.0
+    rest_s: float = 10.0
+    empty_runs: int = 3
+    spacing_mm: float = 150.0
+    lower_to_tip_mm: float = 260.0
+    friction_N: float = 1.5
+    friction_scatter: float = 0.05
+    moment_noise_Nm: float = 0.002
+    zero_offset_Nm: float = 0.1
+    clock_offset_s: float = 0.0
+    clock_told: bool = True
+
+    def __post_init__(self) -> None:
+        faults = [
+            Fault(field.name, repr(value), "a finite number")
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), float) and not math.isfinite(value)
+        ]
+        faults += [
+            Fault(name, repr(getattr(self, name)), "a number greater than 0")
+            for name in (*_POSITIVE, "spacing_mm", "lower_to_tip_mm")
+            if not getattr(self, name) > 0
+        ]
+        faults += [
+            Fault(name, repr(getattr(self, name)), "0 or a greater number")
+            for name in _NOT_NEGATIVE
+            if not getattr(self, name) >= 0
+        ]
+        faults += [
+            Fault(place, repr(value), expected)
+            for place, value, right, expected in self._choices()
+            if not right
+        ]
+        if faults:
+            raise ConfigError("synth options", faults)
+
+    def _choices(self) -> tuple[tuple[str, object, bool, str], ...]:
+        inside = all(0 < h < self.depth_mm for h in self.layers_mm)
+        low, high = self.diameter_px
+        jpeg16 = self.image_format == "jpg" and self.bit_depth == 16
+        return (
+            ("frames", self.frames, self.frames >= 2, "at least 2 photographs"),
+            ("layers_mm", self.layers_mm, inside, f"heights between 0 and depth_mm = {self.depth_mm}"),
+            ("diameter_px", self.diameter_px, 0 < low <= high, "two diameters greater than 0, ascending"),
+            ("bit_depth", self.bit_depth, self.bit_depth in (8, 16), "8 or 16"),
+            ("bit_depth", self.bit_depth, not jpeg16, "8 with image_format 'jpg'"),
+            (
+                "image_format",
+                self.image_format,
+                self.image_format in ("png", "jpg", "tif"),
+                "png, jpg or tif",
+            ),
+        )
+
+    @property
+    def interval_s(self) -> float:
+        """Time between two photographs, s."""
+        return self.displacement_mm / self.speed_mm_s / (self.frames - 1)
+
+    @property
+    def true_scene(self) -> Scene:
+        """The scene whose model moves the sand: only what the model needs."""
+        return Scene(
+            test=TestTable(name=self.name),
+            blade=Blade(
+                depth_mm=self.depth_mm,
+                width_mm=self.width_mm,
+                thickness_mm=self.thickness_mm,
+                speed_mm_s=self.speed_mm_s,
+            ),
+            box=Box(length_mm=self.box_length_mm),
+            soil=self.soil,
+            tracers=Tracers(layers_mm=self.layers_mm) if self.layers_mm else None,
+            model=ModelTable(displacement_mm=self.displacement_mm, tolerance=self.tolerance),
+        )

@@ -1,0 +1,72 @@
+"""The commented test.toml of a synthetic test."""
+
+import json
+
+from ploughval.scene import Soil
+from ploughval.synth.options import SynthOptions
+
+
+def settings_text(options: SynthOptions, tip_px: tuple[float, float]) -> str:
+    """The text of test.toml: what a laboratory would know, not the truth where the two differ."""
+    parts = [
+        f"# A synthetic test, made from seed {options.seed}; its exact truth is in truth/.\n\n"
+        f"[test]\nname = {json.dumps(options.name)}\n",
+        _blade(options),
+        _soil(options.soil if options.told_soil is None else options.told_soil),
+    ]
+    if options.photographs:
+        parts.append(_camera(options, tip_px))
+    if options.loadcells:
+        parts.append(_loadcells(options))
+    if options.layers_mm:
+        parts.append(_tracers(options))
+    return "\n".join(parts)
+
+
+def _blade(options: SynthOptions) -> str:
+    box = f"\n[box]\nlength_mm = {options.box_length_mm!r}\n" if options.box_length_mm else ""
+    return f"""\
+[blade]
+depth_mm = {options.depth_mm!r}
+width_mm = {options.width_mm!r}                # out of plane; the force is for this width
+thickness_mm = {options.thickness_mm!r}
+speed_mm_s = {options.speed_mm_s!r}
+{box}"""
+
+
+def _soil(soil: Soil) -> str:
+    stated = soil.model_dump(exclude_defaults=True)
+    lines = [f"{key} = {value!r}" for key, value in stated.items()]
+    return "\n".join(["[soil]", *lines, ""])
+
+
+def _camera(options: SynthOptions, tip_px: tuple[float, float]) -> str:
+    offset = repr(options.clock_offset_s) if options.clock_told else '"auto"'
+    return f"""\
+[camera]
+photos = "photos/*.{options.image_format}"
+times = "photos.csv"
+mm_per_px = {options.mm_per_px!r}
+tip_px = [{tip_px[0]!r}, {tip_px[1]!r}]          # blade face at tip level, before the blade moves
+direction = "{options.direction.value}"
+clock_offset_s = {offset}             # photograph clock minus log clock
+"""
+
+
+def _loadcells(options: SynthOptions) -> str:
+    empty = '["empty/*.csv"]' if options.empty_runs else "[]"
+    rest_end = options.rest_s - min(0.5, options.rest_s / 2)
+    return f"""\
+[loadcells]
+log = "loadcells.csv"
+empty = {empty}
+spacing_mm = {options.spacing_mm!r}               # between the two cells
+lower_to_tip_mm = {options.lower_to_tip_mm!r}          # lower cell above the blade's tip
+rest_s = [0.0, {rest_end!r}]               # zeros and noise are read here
+"""
+
+
+def _tracers(options: SynthOptions) -> str:
+    heights = ", ".join(repr(h) for h in options.layers_mm)
+    dye = f"dyed = true\nthickness_mm = {options.layer_thickness_mm!r}\n" if options.dyed else ""
+    return f"[tracers]\nlayers_mm = [{heights}]     # initial heights above the tip\n{dye}"
