@@ -79,7 +79,7 @@ def test_a_change_of_orientation_is_refused_by_frame(make_scene, write_photos, t
     exif = Image.Exif()
     exif[0x0112] = 8
     Image.new("L", (32, 24)).save(tmp_path / "photos" / "b.jpg", exif=exif)
-    with pytest.raises(DataError, match="orientation changes.*got 8; expected 1") as caught:
+    with pytest.raises(DataError, match=r"orientation changes.*got 8; expected 1") as caught:
         open_frames(make_scene())
     assert caught.value.frame == 1
 
