@@ -1,0 +1,186 @@
+"""Displacements of points between two pictures, by subset correlation."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ploughval.axes import Status
+from ploughval.errors import CorrelationError
+from ploughval.piv.guess import Greys, failed_points, flow_at, search_failed, spread_by_neighbours, to_8bit
+from ploughval.piv.interpolate import spline_coefficients
+from ploughval.piv.precision import predict_std
+from ploughval.piv.subsets import Fit, Floats, Pair, Recipe, displacement_of, gradient_of, match, params_from
+from ploughval.piv.validate import judge_correlation, outliers
+
+ZNCC_MIN = 0.7
+
+
+@dataclass(frozen=True, slots=True)
+class Tracks:
+    """Displacements of N points between two pictures; NaN where not valid, and status says why."""
+
+    points: Floats
+    """Points in the reference, (N, 2) px."""
+    displacement: Floats
+    """(N, 2) px, x right and y down."""
+    gradient: Floats
+    """(N, 2, 2), [displacement axis, place axis]."""
+    std: Floats
+    """Predicted standard deviation, (N, 2) px."""
+    zncc: Floats
+    """Zero-mean normalised correlation, (N,), also of vectors that are not valid."""
+    status: NDArray[np.int8]
+    """Reason code :class:`ploughval.axes.Status`, (N,)."""
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether each displacement may be used, (N,)."""
+        return np.asarray(self.status == Status.OK)
+
+
+def correlate(  # noqa: PLR0913
+    reference: NDArray[np.generic],
+    current: NDArray[np.generic],
+    points: ArrayLike,
+    *,
+    subset: int = 31,
+    order: int = 1,
+    spline: int = 5,
+    guess: ArrayLike | None = None,
+    mask: NDArray[np.bool_] | None = None,
+    noise: float | None = None,
+    workers: int = 1,
+) -> Tracks:
+    """Displacement of points between two pictures.
+
+    Parameters
+    ----------
+    reference, current : (H, W) uint8, uint16 or float
+        Pictures.
+    points : (N, 2) float, px
+        Points in the reference, x first.
+    subset : int, px
+        Side of the square subsets, odd.
+    order : 0, 1 or 2
+        Order of the shape function.
+    spline : 3 or 5
+        Degree of the interpolating B-spline.
+    guess : (N, 2) float, px, optional
+        First guess; absent: found from the pictures.
+    mask : (H, W) bool, optional
+        Pixels of the reference that may be used (sand).
+    noise : float, grey levels, optional
+        Noise of one picture; absent: from the residuals.
+    workers : int
+        Threads; the numbers do not depend on it.
+
+    Returns
+    -------
+    Tracks
+
+    Raises
+    ------
+    CorrelationError
+        Shapes, types or settings that cannot be correlated.
+
+    Notes
+    -----
+    Zero-mean normalised sum of squared differences, inverse-compositional Gauss-Newton.
+    """
+    place = check_points(points)
+    check_images(reference, current, mask)
+    recipe = make_recipe(subset, order, spline)
+    usable = np.ones(reference.shape, np.uint8) if mask is None else np.ascontiguousarray(mask, np.uint8)
+    pair = Pair(
+        spline_coefficients(reference, spline), spline_coefficients(current, spline), usable, recipe, workers
+    )
+    if len(place) == 0:
+        empty = match(pair, place, np.zeros((0, 2, recipe.terms)))
+        return tracks_of(empty, place, recipe, noise)
+    greys = Greys(to_8bit(reference), to_8bit(current, reference))
+    start = flow_at(greys, place) if guess is None else check_guess(guess, len(place))
+    fit = match(pair, place, params_from(start, recipe))
+    judge_correlation(fit, ZNCC_MIN)
+    spread_by_neighbours(pair, fit, place, ZNCC_MIN)
+    if failed_points(fit).size:
+        search_failed(pair, greys, fit, place, ZNCC_MIN)
+    reject_outliers(pair, fit, place)
+    return tracks_of(fit, place, recipe, noise)
+
+
+def reject_outliers(pair: Pair, fit: Fit, points: Floats) -> None:
+    """Mark vectors that disagree with their neighbours, after one more try from the neighbours' motion."""
+    for _ in range(2):
+        moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
+        wrong = outliers(points, moved)
+        if not wrong.any():
+            return
+        fit.status[wrong] = Status.OUTLIER
+        spread_by_neighbours(pair, fit, points, ZNCC_MIN, rounds=1)
+    moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
+    fit.status[outliers(points, moved)] = Status.OUTLIER
+
+
+def tracks_of(fit: Fit, points: Floats, recipe: Recipe, noise: float | None) -> Tracks:
+    """Public result of matched subsets: what is not valid becomes NaN."""
+    bad = fit.status != Status.OK
+    displacement = displacement_of(fit.params, points, recipe)
+    gradient = gradient_of(fit.params) / max(recipe.half, 1)
+    std = predict_std(fit, recipe, noise) if len(points) else np.zeros((0, 2))
+    for values in (displacement, gradient, std):
+        values[bad] = np.nan
+    return Tracks(points, displacement, gradient, std, fit.zncc.copy(), fit.status.copy())
+
+
+def check_points(points: ArrayLike) -> Floats:
+    """Points as an (N, 2) float array, or CorrelationError."""
+    place = np.array(points, np.float64)
+    if place.size == 0:
+        return np.zeros((0, 2))
+    if place.ndim != 2 or place.shape[1] != 2:
+        raise CorrelationError(f"points has the shape {place.shape}; expected (N, 2), x first, in px")
+    wrong = np.flatnonzero(~np.isfinite(place).all(axis=1) | (np.abs(place) > 1e6).any(axis=1))
+    if wrong.size:
+        raise CorrelationError(f"points[{wrong[0]}] is {place[wrong[0]].tolist()}; expected finite px")
+    return place
+
+
+def check_guess(guess: ArrayLike, count: int) -> Floats:
+    """A first guess as a finite (N, 2) array, or CorrelationError."""
+    moved = np.array(guess, np.float64)
+    if moved.shape != (count, 2) or not np.isfinite(moved).all():
+        raise CorrelationError(f"guess has the shape {moved.shape}; expected finite ({count}, 2) px")
+    return moved
+
+
+def check_images(reference: Any, current: Any, mask: Any = None) -> None:
+    """Raise CorrelationError unless both pictures are finite grey pictures of one shape."""
+    for name, image in (("reference", reference), ("current", current)):
+        if not isinstance(image, np.ndarray) or image.ndim != 2 or min(image.shape) < 16:
+            shape = getattr(image, "shape", type(image).__name__)
+            raise CorrelationError(
+                f"{name} is {shape}; expected a grey picture (H, W) of at least 16 x 16 px"
+            )
+        if image.dtype.kind not in "uif":
+            raise CorrelationError(f"{name} has the type {image.dtype}; expected uint8, uint16 or float")
+        if image.dtype.kind == "f" and not np.isfinite(image).all():
+            raise CorrelationError(f"{name} holds values that are not finite; replace them and mask them")
+    if reference.shape != current.shape:
+        raise CorrelationError(
+            f"reference is {reference.shape} and current {current.shape}; expected one shape"
+        )
+    if mask is not None and np.shape(mask) != reference.shape:
+        raise CorrelationError(f"mask is {np.shape(mask)}; expected the pictures' shape {reference.shape}")
+
+
+def make_recipe(subset: int, order: int, spline: int) -> Recipe:
+    """Checked settings of the subsets, or CorrelationError."""
+    if not (isinstance(subset, int | np.integer) and 5 <= subset <= 401 and subset % 2 == 1):
+        raise CorrelationError(f"subset is {subset!r}; expected an odd number of px from 5 to 401")
+    if order not in (0, 1, 2):
+        raise CorrelationError(f"order is {order!r}; expected 0, 1 or 2")
+    if spline not in (3, 5):
+        raise CorrelationError(f"spline is {spline!r}; expected 3 or 5")
+    return Recipe(int(subset), int(order), int(spline))

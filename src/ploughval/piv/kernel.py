@@ -1,0 +1,481 @@
+"""Compiled inverse-compositional Gauss-Newton matching of subsets (Baker & Matthews 2004)."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ploughval.axes import Status
+from ploughval.piv.interpolate import PAD
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Ints = NDArray[np.int64]
+
+OK, MASKED, EDGE = int(Status.OK), int(Status.MASKED), int(Status.EDGE)
+FLAT, NOT_CONVERGED = int(Status.FLAT), int(Status.NOT_CONVERGED)
+LEAST_SHARE = 0.4
+"""A subset needs this share of its pixels valid."""
+STEP_PX = 3e-4
+"""Gauss-Newton has converged when no corner of the subset moves by more than this."""
+ITERATIONS = 30
+STATS = 9
+"""Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of the
+grey values, mean square of a slope, and its product with the plain slope over that square."""
+
+_jit = njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+
+
+class Work(NamedTuple):
+    """Scratch of one chunk: every array is overwritten for each point."""
+
+    f: Floats
+    g: Floats
+    r: Floats
+    weight: Floats
+    jac: Floats
+    hessian: Floats
+    inverse: Floats
+    rhs: Floats
+    step: Floats
+    rows: NDArray[np.float32]
+    column: NDArray[np.float32]
+    slopes: Floats
+    line: NDArray[np.float32]
+    place: Floats
+    floor: NDArray[np.int64]
+    smooth: Floats
+
+
+def make_work(side: int, terms: int) -> Work:
+    """Scratch for subsets of ``side`` px and shape functions of ``terms`` coefficients an axis."""
+    n = side * side
+    return Work(
+        f=np.zeros(n),
+        g=np.zeros(n),
+        r=np.zeros(n),
+        weight=np.zeros(n),
+        jac=np.zeros((2 * terms, n)),
+        hessian=np.zeros((2 * terms, 2 * terms)),
+        inverse=np.zeros((2 * terms, 2 * terms)),
+        rhs=np.zeros(2 * terms),
+        step=np.zeros(2 * terms),
+        rows=np.zeros((4, side + 2 * PAD, side), np.float32),
+        column=np.zeros((5, side), np.float32),
+        slopes=np.zeros(2),
+        line=np.zeros((14, side), np.float32),
+        place=np.zeros((2, side)),
+        floor=np.zeros((2, side), np.int64),
+        smooth=np.zeros((2, n)),
+    )
+
+
+# Value, slope x, slope y, plain slope x, plain slope y: which row pass and which taps down the column.
+COLUMN_OF = (0, 2, 1, 3, 0)
+TAP_OF = (0, 1, 2, 0, 3)
+
+
+@_jit
+def _correlate_line(line: Singles, taps: Floats, out: Singles) -> None:
+    """Taps along a row of coefficients."""
+    count = out.size
+    out[:] = 0.0
+    for k in range(taps.size):
+        c, t = line[k : k + count], np.float32(taps[k])
+        if t != 0.0:
+            for i in range(count):
+                out[i] += t * c[i]
+
+
+@_jit
+def _correlate_columns(rows: Singles, first: int, taps: Floats, out: Singles) -> None:
+    """Taps down the columns of filtered rows."""
+    count = out.size
+    out[:] = 0.0
+    for k in range(taps.size):
+        c, t = rows[first + k, :count], np.float32(taps[k])
+        if t != 0.0:
+            for i in range(count):
+                out[i] += t * c[i]
+
+
+@_jit
+def _gather(
+    reference: Singles,
+    mask: NDArray[np.uint8],
+    cx: int,
+    cy: int,
+    side: int,
+    taps: Floats,
+    mono: Floats,
+    work: Work,
+) -> int:
+    """Values, slopes and weights of the subset's pixels; returns EDGE, MASKED or OK."""
+    half = side // 2
+    reach = taps.shape[1] // 2
+    terms = mono.shape[0]
+    work.weight[:] = 0.0
+    work.jac[:] = 0.0
+    work.f[:] = 0.0
+    y0, y1 = max(cy - half, 0), min(cy + half, mask.shape[0] - 1)
+    x0, x1 = max(cx - half, 0), min(cx + half, mask.shape[1] - 1)
+    if (y1 - y0 + 1) * (x1 - x0 + 1) < LEAST_SHARE * side * side or y1 < y0 or x1 < x0:
+        return EDGE
+    width = x1 - x0 + 1
+    for k in range(y1 - y0 + 1 + 2 * reach):
+        line = reference[y0 - reach + k + PAD, x0 - reach + PAD :]
+        for m in range(4):
+            _correlate_line(line, taps[m], work.rows[m, k, :width])
+    used = 0
+    work.slopes[:] = 0.0
+    for y in range(y0, y1 + 1):
+        for m in range(5):
+            _correlate_columns(work.rows[COLUMN_OF[m]], y - y0, taps[TAP_OF[m]], work.column[m, :width])
+        for i in range(width):
+            x = x0 + i
+            if mask[y, x] == 0:
+                continue
+            used += 1
+            n = (y - cy + half) * side + x - cx + half
+            fx, fy = work.column[1, i], work.column[2, i]
+            work.f[n] = work.column[0, i]
+            work.weight[n] = 1.0
+            work.slopes[0] += fx * fx + fy * fy
+            work.slopes[1] += fx * work.column[3, i] + fy * work.column[4, i]
+            for m in range(terms):
+                work.jac[m, n] = fx * mono[m, n]
+                work.jac[terms + m, n] = fy * mono[m, n]
+    return OK if used >= LEAST_SHARE * side * side else MASKED
+
+
+@_jit
+def _drop(work: Work) -> None:
+    """Clear the slopes of pixels that lost their weight."""
+    for n in range(work.weight.size):
+        if work.weight[n] == 0.0:
+            work.jac[:, n] = 0.0
+
+
+@_jit
+def _centre(values: Floats, weight: Floats) -> tuple[float, float]:
+    """Take the weighted mean off, zero where there is no weight; returns the norm."""
+    total, count = 0.0, 0.0
+    for n in range(values.size):
+        total += weight[n] * values[n]
+        count += weight[n]
+    mean = total / max(count, 1.0)
+    square = 0.0
+    for n in range(values.size):
+        values[n] = weight[n] * (values[n] - mean)
+        square += values[n] * values[n]
+    return np.sqrt(square), mean
+
+
+@_jit
+def _invert(a: Floats, inverse: Floats) -> bool:
+    """Inverse of a symmetric positive definite matrix by Gauss-Jordan; False where it is singular."""
+    n = a.shape[0]
+    scale = 0.0
+    for i in range(n):
+        scale = max(scale, a[i, i])
+        for j in range(n):
+            inverse[i, j] = 1.0 if i == j else 0.0
+    for i in range(n):
+        pivot = a[i, i]
+        if not pivot > 1e-10 * scale:
+            return False
+        for j in range(n):
+            a[i, j] /= pivot
+            inverse[i, j] /= pivot
+        for k in range(n):
+            if k != i:
+                factor = a[k, i]
+                for j in range(n):
+                    a[k, j] -= factor * a[i, j]
+                    inverse[k, j] -= factor * inverse[i, j]
+    return True
+
+
+@_jit
+def _prepare(work: Work) -> float:
+    """Centre the reference subset and invert its Hessian, free of gain and offset; returns the norm, or 0."""
+    count, level = 0.0, 0.0
+    for n in range(work.weight.size):
+        count += work.weight[n]
+    norm, mean = _centre(work.f, work.weight)
+    level = 1e-6 * (abs(mean) + 1e-30)
+    if norm * norm <= count * level * level:
+        return 0.0
+    size = work.jac.shape[0]
+    for k in range(size):
+        jk = work.jac[k]
+        along, total = 0.0, 0.0
+        for n in range(jk.size):
+            along += jk[n] * work.f[n]
+            total += jk[n]
+        work.rhs[k] = along / norm
+        work.step[k] = total / np.sqrt(count)
+    for k in range(size):
+        for m in range(k, size):
+            jk, jm = work.jac[k], work.jac[m]
+            total = 0.0
+            for n in range(jk.size):
+                total += jk[n] * jm[n]
+            total -= work.rhs[k] * work.rhs[m] + work.step[k] * work.step[m]
+            work.hessian[k, m] = total
+            work.hessian[m, k] = total
+    return norm if _invert(work.hessian, work.inverse) else 0.0
+
+
+@_jit
+def _blend(current: Singles, row: int, column: int, first: int, count: int, work: Work, out: Singles) -> None:
+    """Interpolate pixels that read consecutive columns of the same rows: contiguous, to vectorise."""
+    line = work.line
+    for i in range(count):
+        out[i] = 0.0
+    if line.shape[0] == 14 and line[13, 0] == 6.0:
+        a0, a1, a2 = line[0, first:], line[1, first:], line[2, first:]
+        a3, a4, a5 = line[3, first:], line[4, first:], line[5, first:]
+        for k in range(6):
+            c = current[row + k, column : column + count + 5]
+            b = line[6 + k, first:]
+            for i in range(count):
+                s = a0[i] * c[i] + a1[i] * c[i + 1] + a2[i] * c[i + 2]
+                s += a3[i] * c[i + 3] + a4[i] * c[i + 4] + a5[i] * c[i + 5]
+                out[i] += b[i] * s
+    else:
+        a0, a1, a2, a3 = line[0, first:], line[1, first:], line[2, first:], line[3, first:]
+        for k in range(4):
+            c = current[row + k, column : column + count + 3]
+            b = line[6 + k, first:]
+            for i in range(count):
+                s = a0[i] * c[i] + a1[i] * c[i + 1] + a2[i] * c[i + 2] + a3[i] * c[i + 3]
+                out[i] += b[i] * s
+
+
+@_jit
+def _weigh(place: Floats, floor: Ints, poly: Singles, weights: Singles, t: Singles) -> None:
+    """Basis functions of every pixel of a row, by Horner's rule; pixels innermost, to vectorise."""
+    nodes, powers = poly.shape
+    for i in range(place.size):
+        t[i] = place[i] - floor[i]
+    for k in range(nodes):
+        target = weights[k]
+        target[:] = poly[k, powers - 1]
+        for j in range(powers - 2, -1, -1):
+            c = poly[k, j]
+            for i in range(t.size):
+                target[i] = target[i] * t[i] + c
+
+
+@_jit
+def _warp(
+    p: Floats, mono: Floats, cx: int, cy: int, row: int, side: int, extent: tuple[int, int], work: Work
+) -> int:
+    """Places of one row's pixels in the current picture; pixels that leave it lose their weight."""
+    terms = mono.shape[0]
+    half = side // 2
+    lost = 0
+    for i in range(side):
+        n = row * side + i
+        x, y = float(cx + i - half), float(cy + row - half)
+        for m in range(terms):
+            x += p[m] * mono[m, n]
+            y += p[terms + m] * mono[m, n]
+        if not (x >= 0.0 and y >= 0.0 and x <= extent[1] - 1 and y <= extent[0] - 1):
+            if work.weight[n] != 0.0:
+                work.weight[n] = 0.0
+                lost += 1
+            x = min(max(x, 0.0), extent[1] - 1.0) if x == x else 0.0
+            y = min(max(y, 0.0), extent[0] - 1.0) if y == y else 0.0
+        work.place[0, i], work.place[1, i] = x, y
+        work.floor[0, i], work.floor[1, i] = int(np.floor(x)), int(np.floor(y))
+    return lost
+
+
+@_jit
+def _sample(  # noqa: PLR0913
+    current: Singles,
+    extent: tuple[int, int],
+    p: Floats,
+    cx: int,
+    cy: int,
+    side: int,
+    poly: Singles,
+    mono: Floats,
+    work: Work,
+) -> int:
+    """Current picture at the warped subset, row by row; returns how many pixels left the picture."""
+    lost = 0
+    support = poly.shape[0] // 2 - 1
+    work.line[13, 0] = poly.shape[0]
+    xs, ys = work.floor[0], work.floor[1]
+    for row in range(side):
+        lost += _warp(p, mono, cx, cy, row, side, extent, work)
+        _weigh(work.place[0], xs, poly, work.line[0:6], work.line[12])
+        _weigh(work.place[1], ys, poly, work.line[6:12], work.line[12])
+        first = 0
+        while first < side:
+            last = first + 1
+            while last < side and xs[last] - last == xs[first] - first and ys[last] == ys[first]:
+                last += 1
+            out = work.line[12, first:last]
+            _blend(
+                current, ys[first] - support + PAD, xs[first] - support + PAD, first, last - first, work, out
+            )
+            for i in range(first, last):
+                work.g[row * side + i] = work.line[12, i]
+            first = last
+    return lost
+
+
+@_jit
+def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
+    """Update p <- p o step^-1, second order in the place and first in the step; returns the farthest move."""
+    far = 0.0
+    for axis in range(2):
+        o = axis * terms
+        if terms == 1:
+            p[o] -= step[o]
+            continue
+        # Displacement gradient along the step: du/dx dx + du/dy dy, cut at the order of the shape function.
+        d, e = step[:terms], step[terms:]
+        ux, uy = p[o + 1] / half, p[o + 2] / half
+        if terms == 3:
+            for m in range(3):
+                p[o + m] -= step[o + m] + ux * d[m] + uy * e[m]
+            continue
+        xx, xy, yy = 2.0 * p[o + 3] / half, p[o + 4] / half, 2.0 * p[o + 5] / half
+        p[o] -= step[o] + ux * d[0] + uy * e[0]
+        p[o + 1] -= step[o + 1] + ux * d[1] + uy * e[1] + xx * d[0] + xy * e[0]
+        p[o + 2] -= step[o + 2] + ux * d[2] + uy * e[2] + xy * d[0] + yy * e[0]
+        p[o + 3] -= step[o + 3] + ux * d[3] + uy * e[3] + xx * d[1] + xy * e[1]
+        p[o + 4] -= step[o + 4] + ux * d[4] + uy * e[4] + xx * d[2] + xy * (d[1] + e[2]) + yy * e[1]
+        p[o + 5] -= step[o + 5] + ux * d[5] + uy * e[5] + xy * d[2] + yy * e[2]
+    for axis in range(2):
+        total = 0.0
+        for m in range(terms):
+            total += abs(step[axis * terms + m])
+        far = max(far, total)
+    return far
+
+
+@_jit
+def _advance(work: Work, scale: float, ratio: float) -> tuple[float, float]:
+    """Residuals and the step they call for; returns the product of both subsets and the residuals' square."""
+    dot, square = 0.0, 0.0
+    for n in range(work.f.size):
+        r = work.f[n] - scale * work.g[n]
+        work.r[n] = r
+        dot += work.f[n] * work.g[n]
+        square += r * r
+    for k in range(work.rhs.size):
+        jk = work.jac[k]
+        total = 0.0
+        for n in range(jk.size):
+            total += jk[n] * work.r[n]
+        work.rhs[k] = -total
+    for k in range(work.rhs.size):
+        total = 0.0
+        for m in range(work.rhs.size):
+            total += work.inverse[k, m] * work.rhs[m]
+        work.step[k] = total / ratio
+    return dot, square
+
+
+@_jit
+def _match(  # noqa: PLR0913
+    current: Singles,
+    extent: tuple[int, int],
+    p: Floats,
+    cx: int,
+    cy: int,
+    side: int,
+    poly: Singles,
+    mono: Floats,
+    work: Work,
+    stats: Floats,
+    limit: float,
+) -> int:
+    """Gauss-Newton from p with the weights and slopes in work; p and stats are overwritten."""
+    terms = mono.shape[0]
+    u0, v0 = p[0], p[terms]
+    norm = _prepare(work)
+    # Slopes may be smoothed: their product with the plain ones is what the residual answers to.
+    ratio = min(max(work.slopes[1] / max(work.slopes[0], 1e-300), 0.5), 2.5)
+    stats[7], stats[8] = work.slopes[0] / (2.0 * max(np.sum(work.weight), 1.0)), ratio
+    status = NOT_CONVERGED
+    for iteration in range(ITERATIONS):
+        if norm == 0.0:
+            return FLAT
+        if _sample(current, extent, p, cx, cy, side, poly, mono, work) > 0:
+            if np.sum(work.weight) < LEAST_SHARE * side * side:
+                return EDGE
+            _drop(work)
+            norm = _prepare(work)
+            if norm == 0.0:
+                return FLAT
+        gnorm, _ = _centre(work.g, work.weight)
+        scale = norm / gnorm if gnorm > 1e-12 * norm else 0.0
+        dot, square = _advance(work, scale, ratio)
+        count = np.sum(work.weight)
+        stats[0] = dot / (norm * gnorm) if scale > 0.0 else 0.0
+        stats[1] = square / max(count - 2.0 - 2.0 * terms, 1.0)
+        stats[2], stats[3] = work.inverse[0, 0], work.inverse[terms, terms]
+        stats[4], stats[5], stats[6] = count, iteration + 1.0, norm * norm / count
+        far = _compose(p, work.step, terms, side // 2)
+        if not (abs(p[0] - u0) <= limit and abs(p[terms] - v0) <= limit):
+            return NOT_CONVERGED
+        if far < STEP_PX:
+            status = OK
+            break
+    return status
+
+
+@_jit
+def match_points(  # noqa: PLR0913
+    reference: Singles,
+    current: Singles,
+    mask: NDArray[np.uint8],
+    centres: Ints,
+    taps: Floats,
+    poly: Singles,
+    mono: Floats,
+    work: Work,
+    params: Floats,
+    stats: Floats,
+    status: NDArray[np.int8],
+    limit: float,
+) -> None:
+    """Match a chunk of subsets.
+
+    Parameters
+    ----------
+    reference, current : (H + 2 PAD, W + 2 PAD) float32
+        Spline coefficients.
+    mask : (H, W) uint8
+        Pixels of the reference that may be used.
+    centres : (N, 2) int64, px
+        Centres of the subsets, x first.
+    taps, poly, mono
+        Node taps, basis polynomials, shape function at every pixel (terms, side^2).
+    params : (N, 2 terms) float64, px
+        First guess on entry, result on return; places are in half sides of the subset.
+    stats : (N, STATS) float64
+        See STATS.
+    work : Work
+        Scratch of this thread.
+    status : (N,) int8
+        Set on return.
+    limit : float, px
+        Farthest that the centre may leave its guess.
+    """
+    side = int(np.round(np.sqrt(mono.shape[1])))
+    extent = mask.shape
+    for n in range(centres.shape[0]):
+        cx, cy = centres[n, 0], centres[n, 1]
+        code = _gather(reference, mask, cx, cy, side, taps, mono, work)
+        if code == OK:
+            code = _match(current, extent, params[n], cx, cy, side, poly, mono, work, stats[n], limit)
+        status[n] = code

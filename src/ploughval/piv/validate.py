@@ -1,0 +1,96 @@
+"""Vectors judged: correlation, and the normalised median test (Westerweel & Scarano 2005)."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ploughval.axes import Status
+from ploughval.piv.subsets import Fit
+
+Floats = NDArray[np.float64]
+NEIGHBOURS = 8
+
+
+def least_zncc(fit: Fit, zncc_min: float) -> Floats:
+    """Least correlation that makes each vector valid, (N,).
+
+    Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what the
+    better half of the points reaches. It never falls below what chance reaches: 4.5 / sqrt(n), with n the
+    independent grey values of the subset (its area over pi times the squared length of correlation).
+    """
+    count = np.maximum(fit.stats[:, 4], 1.0)
+    # stats[2:4] is about 1 / (count * mean squared slope), stats[6] the variance of the grey values.
+    area = np.pi * fit.stats[:, 6] * count * np.sqrt(fit.stats[:, 2] * fit.stats[:, 3])
+    independent = count / np.clip(area, 1.0, count)
+    chance = np.minimum(4.5 / np.sqrt(independent), zncc_min)
+    seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance)]
+    usual = float(np.percentile(seen, 75)) if seen.size else 1.0
+    return np.asarray(np.maximum(chance, zncc_min * usual))
+
+
+def judge_correlation(fit: Fit, zncc_min: float) -> None:
+    """Mark converged vectors whose correlation is too low, in place."""
+    low = (fit.status == Status.OK) & ~(fit.zncc >= least_zncc(fit, zncc_min))
+    fit.status[low] = Status.LOW_CORRELATION
+
+
+def neighbours_of(points: Floats, count: int = NEIGHBOURS) -> NDArray[np.intp]:
+    """Indices of the nearest points of each point, (N, count); the index N stands for none."""
+    total = len(points)
+    if total < 2:
+        return np.full((total, count), total, np.intp)
+    found = cKDTree(points).query(points, k=min(count + 1, total))[1][:, 1:]
+    out = np.full((total, count), total, np.intp)
+    out[:, : found.shape[1]] = found
+    return out
+
+
+def gather(values: Floats, near: NDArray[np.intp]) -> Floats:
+    """Values of neighbours, (N, K, ...); NaN where there is none."""
+    extra = np.full((1, *values.shape[1:]), np.nan)
+    return np.asarray(np.concatenate([values, extra])[near])
+
+
+def outliers(
+    points: Floats,
+    displacement: Floats,
+    *,
+    threshold: float = 3.0,
+    fluctuation_px: float = 0.1,
+    support: int = 2,
+) -> NDArray[np.bool_]:
+    """Normalised median test.
+
+    Parameters
+    ----------
+    points : (N, 2) float, px
+        Any set of points.
+    displacement : (N, 2) float, px
+        NaN: not valid, neither tested nor used.
+    threshold : float
+        Limit of the normalised residual (eq. 2 with the constant ``fluctuation_px``).
+    fluctuation_px : float, px
+        Fluctuation that is always allowed.
+    support : int
+        A vector that this many neighbours agree with (within 0.5 px or a fifth of their spread) stays:
+        beside a shear band the median may belong to the other side.
+
+    Returns
+    -------
+    (N,) bool
+        True: disagrees with its neighbours.
+    """
+    valid = np.flatnonzero(np.isfinite(displacement).all(axis=1))
+    flags = np.zeros(len(points), bool)
+    if valid.size < 4:
+        return flags
+    own = displacement[valid]
+    around = gather(own, neighbours_of(points[valid], min(NEIGHBOURS, valid.size - 1)))
+    median = np.median(around, axis=1)
+    spread = np.median(np.abs(around - median[:, None]), axis=1)
+    ratio = np.hypot(*(np.abs(own - median) / (spread + fluctuation_px)).T)
+    distance = np.linalg.norm(around - own[:, None], axis=2)
+    near = np.maximum(0.5, 0.2 * np.ptp(np.linalg.norm(around, axis=2), axis=1))
+    agree = np.sum(distance < near[:, None], axis=1)
+    flags[valid] = (ratio > threshold) & (agree < support)
+    return flags
