@@ -1,0 +1,382 @@
+"""The incremental-collapse model of a scene (Kashizadeh, Hambleton and Stanier, section 2.7)."""
+
+import logging
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, overload
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from ploughval.axes import BAND_COLUMNS, MODEL_FORCE_COLUMNS
+from ploughval.errors import ConfigError, ConvergenceError, DataError, Fault
+from ploughval.model import layers as material
+from ploughval.model.march import End, Law, March, march
+from ploughval.model.mechanism import initial_force
+from ploughval.model.surface import avalanche, move_block
+from ploughval.scene import Scene, Soil
+
+Floats = NDArray[np.float64]
+log = logging.getLogger(__name__)
+
+STEP_PER_TOLERANCE = (
+    5.0  # increment, in depths, that meets a relative tolerance (reports/speed-error/model.csv)
+)
+HALVINGS = 6
+DEFAULT_TRAVEL = 3.0  # depths
+
+
+@dataclass(frozen=True, slots=True)
+class Increment:
+    """One increment: the block left of the outcrop moves by du (1, tan beta), then the surface avalanches.
+
+    ``u_mm`` is the blade's displacement at its start, when the tip stands at (u_mm, 0) and the band runs from
+    there to (outcrop_x_mm, outcrop_y_mm) on the surface. ``sheared`` and ``surface`` are (M, 2) world mm,
+    starting at the blade's face at u_mm + du_mm: after the block's motion, and after the avalanche.
+    """
+
+    u_mm: float
+    du_mm: float
+    beta_deg: float
+    outcrop_x_mm: float
+    outcrop_y_mm: float
+    band: int
+    force_N: float
+    sheared: Floats
+    surface: Floats
+
+
+class Increments(Sequence[Increment]):
+    """The increments of a march, made when asked for."""
+
+    __slots__ = ("_force_N", "_march")
+
+    def __init__(self, marched: March, force_N: Floats) -> None:
+        self._march, self._force_N = marched, force_N
+
+    def __len__(self) -> int:
+        return len(self._march.rows) - 1
+
+    @overload
+    def __getitem__(self, index: int) -> Increment: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Increment]: ...
+    def __getitem__(self, index: int | slice) -> Increment | list[Increment]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        k = range(len(self))[index]
+        u, du, _, tan_beta, x, y, band = self._march.rows[k].tolist()
+        beta, force = math.degrees(math.atan(tan_beta)), float(self._force_N[k])
+        sheared, after = self.sheared(k), self.surface_before(k + 1)
+        return Increment(u, du, beta, x, y, int(band), force, sheared, after)
+
+    def __iter__(self) -> Iterator[Increment]:
+        return (self[k] for k in range(len(self)))
+
+    def surface_before(self, k: int) -> Floats:
+        """Surface (M, 2) at the start of increment k; k = len: at the end."""
+        start = self._march.ends[k - 1, 1] if k else 0
+        return np.ascontiguousarray(self._march.pool[:, start : self._march.ends[k, 0]].T)
+
+    def sheared(self, k: int) -> Floats:
+        """Surface (M, 2) of increment k after the block's motion, before the avalanche."""
+        return np.ascontiguousarray(self._march.pool[:, slice(*self._march.ends[k])].T)
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """What the model predicts for a scene.
+
+    Attributes
+    ----------
+    force : DataFrame of MODEL_FORCE_COLUMNS
+        One row at the start of every increment, and one at the end; P of Eq. 1 for the blade's width.
+    force_std_N : float
+        Numerical standard uncertainty of the force, from doubling the increment.
+    P0_N : float
+        First force in level sand, closed form.
+    bands : DataFrame of BAND_COLUMNS
+        One row a band, read where it starts; standard deviations are numerical.
+    increments : sequence of Increment
+        In order of displacement.
+    end_reason : str
+        Why the run ended: "displacement reached", or what stopped it.
+    """
+
+    force: pd.DataFrame
+    force_std_N: float
+    P0_N: float
+    bands: pd.DataFrame
+    increments: Increments
+    end_reason: str
+    depth_mm: float
+    repose_deg: float
+    marched: March
+
+    @property
+    def end_mm(self) -> float:
+        """Displacement at the end of the run, mm."""
+        return float(self.marched.rows[-1, 0])
+
+    def surface(self, u_mm: float) -> Floats:
+        """Surface (M, 2) in world mm ahead of the blade at a displacement, starting at the face.
+
+        Raises
+        ------
+        DataError
+            The run does not reach this displacement.
+        """
+        u = self._inside(u_mm)
+        k = self._increment_at(u)
+        start, du = self.marched.rows[k, 0], u - self.marched.rows[k, 0]
+        before = self.increments.surface_before(k)
+        if du <= 1e-12 * self.depth_mm or start + self.marched.rows[k, 1] <= start:
+            return before
+        tan_beta, outcrop = self.marched.rows[k, 3:5]
+        return avalanche(move_block(before, outcrop, tan_beta, du), self.repose_deg)
+
+    def advect(self, points_mm: ArrayLike, u_from_mm: float, u_to_mm: float) -> Floats:
+        """Where material points (N, 2) that stand in the sand at ``u_from_mm`` stand at ``u_to_mm``.
+
+        Returns
+        -------
+        (N, 2) float, mm
+            NaN for sand that has avalanched: it left the surface at some increment.
+
+        Raises
+        ------
+        DataError
+            The run does not reach these displacements, or they run backwards.
+        """
+        start, stop = self._inside(u_from_mm), self._inside(u_to_mm)
+        if stop < start:
+            raise DataError(
+                f"u_to_mm {u_to_mm} lies before u_from_mm {u_from_mm}; give them in order of travel"
+            )
+        points = np.array(points_mm, float).reshape(-1, 2)
+        last = self._increment_at(stop)
+        partial = self.surface(stop)
+        material.carry(points, self.marched, start, stop, last, partial, 1e-9 * self.depth_mm)
+        return points
+
+    def layers(self, heights_mm: Sequence[float], u_mm: ArrayLike, frames: ArrayLike) -> pd.DataFrame:
+        """Tracer layers of given initial heights at several displacements, a DataFrame of LAYER_COLUMNS.
+
+        A row with empty x, y: there a layer is torn or avalanched, or the run does not reach so far.
+        """
+        return material.layer_table(self, heights_mm, np.atleast_1d(u_mm), np.atleast_1d(frames))
+
+    def _inside(self, u_mm: float) -> float:
+        u, slack = float(u_mm), 1e-6 * self.depth_mm
+        if not -slack <= u <= self.end_mm + slack:
+            raise DataError(
+                f"displacement {u_mm} mm is outside the model run, 0 to {self.end_mm:.6g} mm "
+                f"({self.end_reason}); ask for less or simulate further"
+            )
+        return min(max(u, 0.0), self.end_mm)
+
+    def _increment_at(self, u: float) -> int:
+        """Number of the increment in which a displacement lies; the last row at the end."""
+        return int(np.searchsorted(self.marched.rows[:, 0], u, side="right")) - 1
+
+
+class ForceHistory(NamedTuple):
+    """Force alone: displacement (R,) mm, force (R,) N for the blade's width, band (R,) int."""
+
+    u_mm: Floats
+    force_N: Floats
+    band: NDArray[np.int64]
+
+
+def simulate(
+    scene: Scene, *, displacement_mm: float | None = None, tolerance: float | None = None
+) -> History:
+    """Run the incremental-collapse model of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Must have [soil].
+    displacement_mm : float or None, mm
+        Travel of the blade; None: the scene's, or three depths.
+    tolerance : float or None
+        Relative numerical error aimed at; None: the scene's.
+
+    Returns
+    -------
+    History
+        Up to the travel, or to where the box ends (see ``end_reason``).
+
+    Raises
+    ------
+    ConfigError
+        The scene has no soil, or an initial surface that cannot be used.
+    ConvergenceError
+        No mechanism is possible at the start.
+    """
+    soil = soil_of(scene)
+    law, travel, aim = law_of(scene), travel_of(scene, displacement_mm), tolerance or scene.model.tolerance
+    depth = scene.blade.depth_mm
+    scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm
+    step = min(STEP_PER_TOLERANCE * aim, 0.25) * depth
+    coarse = run_march(scene, law, travel, 2.0 * step, store=False)
+    for _ in range(HALVINGS):
+        fine = run_march(scene, law, travel, step, store=False)
+        error, place = compare_marches(coarse, fine)
+        if error <= aim * fine.rows[:, 2].max() and place <= aim * travel:
+            break
+        step, coarse = 0.5 * step, fine
+    else:
+        log.warning(
+            "model: error %.2g of the force above the tolerance %.2g", error / fine.rows[:, 2].max(), aim
+        )
+    fine = run_march(scene, law, travel, step, store=True)
+    force_N = scale * fine.rows[:, 2]
+    reasons = {
+        End.DONE: "displacement reached",
+        End.NO_ROOM: "the next shear band would pass the end of the box",
+    }
+    return History(
+        force=_force_table(fine, force_N),
+        force_std_N=scale * error,
+        P0_N=scene.blade.width_mm
+        * initial_force(depth, 1e-6 * soil.unit_weight_kN_m3, soil.peak_friction_deg, soil.wall_friction_deg),
+        bands=_band_table(fine, coarse),
+        increments=Increments(fine, force_N),
+        end_reason=reasons.get(End(fine.end), "no shear band is possible any more"),
+        depth_mm=depth,
+        repose_deg=soil.slope_of_repose_deg,
+        marched=fine,
+    )
+
+
+def force_history(
+    scene: Scene, *, displacement_mm: float | None = None, tolerance: float | None = None
+) -> ForceHistory:
+    """Force of the model without surfaces, bands or error estimate; see :func:`simulate`."""
+    step = min(STEP_PER_TOLERANCE * (tolerance or scene.model.tolerance), 0.25) * scene.blade.depth_mm
+    rows = run_march(scene, law_of(scene), travel_of(scene, displacement_mm), step, store=False).rows
+    scale = 1e-6 * soil_of(scene).unit_weight_kN_m3 * scene.blade.width_mm
+    return ForceHistory(rows[:, 0].copy(), scale * rows[:, 2], rows[:, 6].astype(np.int64))
+
+
+def soil_of(scene: Scene) -> Soil:
+    """The scene's soil, or a ConfigError."""
+    if scene.soil is None:
+        raise ConfigError(scene.source, [Fault("soil", "nothing", "a [soil] table", "The model needs it.")])
+    return scene.soil
+
+
+def law_of(scene: Scene) -> Law:
+    """The scene's soil as the kernel wants it."""
+    soil = soil_of(scene)
+    angles = (
+        soil.peak_friction_deg,
+        soil.residual_friction_deg,
+        soil.wall_friction_deg,
+        soil.slope_of_repose_deg,
+    )
+    peak, residual, wall, repose = (math.radians(angle) for angle in angles)
+    rides = 1.0 if scene.model.outcrop == "riding" else 0.0
+    return Law(peak, residual, soil.mobilization_length_mm, wall, repose, rides)
+
+
+def travel_of(scene: Scene, displacement_mm: float | None) -> float:
+    """The travel asked for, the scene's, or three depths; mm."""
+    travel = displacement_mm if displacement_mm is not None else scene.model.displacement_mm
+    travel = DEFAULT_TRAVEL * scene.blade.depth_mm if travel is None else float(travel)
+    if not 0.0 < travel < math.inf:
+        fault = Fault("displacement_mm", repr(displacement_mm), "a positive number of mm")
+        raise ConfigError(scene.source, [fault])
+    return travel
+
+
+def run_march(scene: Scene, law: Law, travel: float, step: float, *, store: bool) -> March:
+    """March through a scene; without a box the sand is as long as the bands need."""
+    span = travel + 40.0 * scene.blade.depth_mm
+    for _ in range(12):
+        marched: March = march(initial_surface(scene, span), law, travel, step, store)
+        if marched.end != End.NO_ROOM or scene.box.length_mm is not None:
+            break
+        span *= 2.0
+    if len(marched.rows) == 0:
+        why = (
+            "the first shear band passes the end of the box"
+            if marched.end == End.NO_ROOM
+            else "every band locks"
+        )
+        raise ConvergenceError(f"{scene.source}: no mechanism at u = 0: {why}. Check [box] and [soil].")
+    return marched
+
+
+def initial_surface(scene: Scene, span_mm: float) -> Floats:
+    """Surface (2, M) ahead of the blade at u = 0, to the end of the box or at least ``span_mm`` long."""
+    depth, given, box = scene.blade.depth_mm, scene.model.initial_surface_mm, scene.box.length_mm
+    x, y = np.array(given if given is not None else [(0.0, depth)], float).T
+    length = box if box is not None else max(span_mm, x[-1] + depth)
+    if np.any(np.diff(x) <= 0.0):
+        k = int(np.argmax(np.diff(x) <= 0.0)) + 1
+        fault = Fault(
+            f"model.initial_surface_mm.{k}", f"x {x[k]}", f"x above {x[k - 1]}", "Order the points by x."
+        )
+        raise ConfigError(scene.source, [fault])
+    face = float(np.interp(0.0, x, y))
+    if face <= 0.0 or length <= 0.0:
+        fault = Fault("model.initial_surface_mm", f"height {face} at the blade", "a height above the tip")
+        raise ConfigError(scene.source, [fault])
+    inner = (x > 0.0) & (x < length)
+    ends = np.interp([0.0, length], x, y)
+    return np.array([[0.0, *x[inner], length], [ends[0], *y[inner], ends[1]]])
+
+
+def compare_marches(coarse: March, fine: March) -> tuple[float, float]:
+    """Rms difference of P / unit weight while one band is active, and the most that a switch differs, mm."""
+    a, b = coarse.rows, fine.rows
+    inside = b[:, 0] <= a[-1, 0]
+    near = np.searchsorted(a[:, 0], b[inside, 0], side="right") - 1
+    after = np.minimum(near + 1, len(a) - 1)
+    same = (a[near, 6] == b[inside, 6]) & (a[after, 6] == b[inside, 6])
+    soft = np.interp(b[inside, 0], a[:, 0], coarse.slips) > 0.0
+    gap = (np.interp(b[inside, 0], a[:, 0], a[:, 2]) - b[inside, 2])[same & soft]
+    starts_a, starts_b = (_starts(m) for m in (coarse, fine))
+    bands = min(len(starts_a), len(starts_b))
+    place = np.abs(a[starts_a[:bands], 0] - b[starts_b[:bands], 0])
+    return float(np.sqrt(np.mean(gap**2))) if gap.size else 0.0, float(place.max(initial=0.0))
+
+
+def _starts(marched: March) -> NDArray[np.int64]:
+    """Rows at which bands start."""
+    return np.flatnonzero(np.diff(marched.rows[:, 6], prepend=-1.0))
+
+
+def _force_table(marched: March, force_N: Floats) -> pd.DataFrame:
+    u, _, _, tan_beta, x, _, band = marched.rows.T
+    columns = (u, force_N, np.degrees(np.arctan(tan_beta)), x, band.astype(np.int64))
+    return pd.DataFrame(dict(zip(MODEL_FORCE_COLUMNS, columns, strict=True)))
+
+
+def _band_table(fine: March, coarse: March) -> pd.DataFrame:
+    rows, starts = fine.rows, _starts(fine)
+    beta = np.degrees(np.arctan(rows[:, 3]))
+    slip = rows[:, 1] * np.hypot(1.0, rows[:, 3])
+    other = _starts(coarse)
+    common = min(len(starts), len(other))
+    stds = np.full((2, len(starts)), np.nan)
+    coarse_beta = np.degrees(np.arctan(coarse.rows[other[:common], 3]))
+    stds[0, :common] = np.abs(beta[starts[:common]] - coarse_beta)
+    stds[1, :common] = np.abs(rows[starts[:common], 4] - coarse.rows[other[:common], 4])
+    ends = np.append(rows[starts[1:], 0], rows[-1, 0])
+    gathered = np.add.reduceat(slip, starts)
+    columns = (
+        np.arange(len(starts)),
+        rows[starts, 0],
+        ends,
+        beta[starts],
+        stds[0],
+        rows[starts, 4],
+        stds[1],
+        gathered,
+    )
+    return pd.DataFrame(dict(zip(BAND_COLUMNS, columns, strict=True)))

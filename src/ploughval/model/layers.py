@@ -1,0 +1,110 @@
+"""Material points and tracer layers carried through a march (Kashizadeh et al., section 3.3)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numba import njit
+from numpy.typing import NDArray
+
+from ploughval.axes import LAYER_COLUMNS
+from ploughval.model.march import March
+from ploughval.model.surface import height_at
+
+if TYPE_CHECKING:
+    from ploughval.model.collapse import History
+
+Floats = NDArray[np.float64]
+
+POINTS_PER_DEPTH = 50  # material points followed on a layer
+TORN = 3.0  # neighbours that have come apart to so many times their first distance bound a tear
+
+
+def carry(
+    points: Floats, marched: March, start: float, stop: float, last: int, partial: Floats, slack: float
+) -> None:
+    """Move points (N, 2) in place from displacement ``start`` to ``stop``, which lies in increment ``last``.
+
+    Sand above the band and left of its outcrop moves by du (1, tan beta). What then stands higher than
+    ``slack`` above the surface at rest has avalanched and becomes NaN. ``partial`` (M, 2) is the surface
+    at ``stop``.
+    """
+    moving = np.ascontiguousarray(points.T)
+    _carry(moving, marched, start, stop, last, slack)
+    px, py = moving
+    top = np.interp(px, partial[:, 0], partial[:, 1])
+    gone = (px >= partial[0, 0]) & (py > top + slack)
+    points[:, 0] = np.where(gone, np.nan, px)
+    points[:, 1] = np.where(gone, np.nan, py)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def _carry(moving: Floats, marched: March, start: float, stop: float, last: int, slack: float) -> None:
+    px, py, rows, ends, pool = moving[0], moving[1], marched.rows, marched.ends, marched.pool
+    for k in range(min(last + 1, rows.shape[0] - 1)):
+        u, du, tan_beta, outcrop = rows[k, 0], rows[k, 1], rows[k, 3], rows[k, 4]
+        if u + du <= start:
+            continue
+        move = min(u + du, stop) - max(u, start)
+        if move <= 0.0:
+            continue
+        x, y = pool[0, ends[k, 1] : ends[k + 1, 0]], pool[1, ends[k, 1] : ends[k + 1, 0]]
+        whole = u + du <= stop
+        moved_before = max(u, start) - u
+        for i in range(px.size):
+            if np.isnan(px[i]):
+                continue
+            # a point that rode with this increment's block before `start` is judged where it came from
+            from_x = px[i] - moved_before
+            in_block = from_x >= u - slack and from_x < outcrop and py[i] > tan_beta * (px[i] - u)
+            if in_block:
+                px[i] += move
+                py[i] += move * tan_beta
+            if whole and px[i] >= x[0] and py[i] > height_at(x, y, x.size, px[i]) + slack:
+                px[i] = np.nan
+                py[i] = np.nan
+
+
+def layer_table(
+    history: "History", heights_mm: Sequence[float], u_mm: Floats, frames: NDArray[np.int64]
+) -> pd.DataFrame:
+    """Layers as a DataFrame of LAYER_COLUMNS; see :meth:`History.layers`."""
+    spacing = history.depth_mm / POINTS_PER_DEPTH
+    lines = [(height, _line(history, height, spacing)) for height in heights_mm]
+    std = float(np.median(history.marched.rows[:-1, 1])) / np.sqrt(
+        12.0
+    )  # where in an increment a point joined
+    tables = []
+    for k in np.argsort(u_mm, kind="stable"):
+        here = u_mm[k]
+        reached = np.isfinite(here) and here <= history.end_mm * (1.0 + 1e-9)
+        for height, line in lines:
+            xy = np.full((1, 2), np.nan)
+            if reached:
+                xy = _broken(history.advect(line, 0.0, here), TORN * spacing)
+            errors = np.where(np.isnan(xy[:, 0]), np.nan, std)
+            columns = (frames[k], here, height, "model", xy[:, 0], xy[:, 1], errors)
+            tables.append(pd.DataFrame(dict(zip(LAYER_COLUMNS, columns, strict=True))))
+    if not tables:
+        return pd.DataFrame(columns=list(LAYER_COLUMNS))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _line(history: "History", height: float, spacing: float) -> Floats:
+    """Material points (N, 2) at one height in the sand, from the blade to two depths past the outcrops."""
+    surface = history.increments.surface_before(0)
+    reach = min(float(history.marched.rows[:, 4].max()) + 2.0 * history.depth_mm, surface[-1, 0])
+    x = np.arange(0.0, reach, spacing)
+    x = x[np.interp(x, surface[:, 0], surface[:, 1]) >= height]
+    return np.column_stack([x, np.full_like(x, height)])
+
+
+def _broken(line: Floats, gap: float) -> Floats:
+    """The line (N, 2) with one row of NaN wherever it is torn or has avalanched away."""
+    step = np.hypot(*np.diff(line, axis=0).T)
+    torn = np.flatnonzero(step > gap) + 1
+    line = np.insert(line, torn, np.nan, axis=0)
+    empty = np.isnan(line[:, 0])
+    repeated = empty & np.append(False, empty[:-1])
+    return np.asarray(line[~repeated])

@@ -1,0 +1,136 @@
+"""Force of the one-block mechanism and the cheapest band (Kashizadeh et al., section 2, Eqs 1 to 3).
+
+The paper prints beta + phi_w in the denominator of Eq. 1; equilibrium of the block gives beta + phi.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+def block_force(
+    weight: ArrayLike, beta_deg: ArrayLike, phi_deg: ArrayLike, wall_deg: ArrayLike = 0.0
+) -> Floats:
+    """Force of the blade on a block that slides up a band; infinite where the block locks.
+
+    Parameters
+    ----------
+    weight : array of float
+        Weight of the block; the force comes in the same unit.
+    beta_deg : array of float, degrees
+        Inclination of the band.
+    phi_deg, wall_deg : array of float, degrees
+        Friction on the band and on the blade.
+
+    Returns
+    -------
+    array of float
+        P of Eq. 1 in equilibrium form, inclined by ``wall_deg`` to the blade's normal; infinite from
+        beta + phi + phi_w = 90 degrees on.
+    """
+    weight, beta, phi, wall = np.broadcast_arrays(
+        *(np.asarray(v, float) for v in (weight, beta_deg, phi_deg, wall_deg))
+    )
+    locked = beta + phi + wall >= 90.0
+    steep = np.radians(np.where(locked, 0.0, beta + phi))
+    wall = np.radians(np.where(locked, 0.0, wall))
+    force = weight * np.sin(steep) / np.cos(steep + wall)
+    return np.asarray(np.where(locked, np.inf, force))
+
+
+def band_reaction(force: ArrayLike, weight: ArrayLike, wall_deg: ArrayLike = 0.0) -> Floats:
+    """Force of the sand at rest on the block (..., 2), x first: what closes the force polygon."""
+    force, weight, wall = (np.asarray(v, float) for v in (force, weight, wall_deg))
+    wall = np.radians(wall)
+    return np.stack(np.broadcast_arrays(-force * np.cos(wall), weight + force * np.sin(wall)), axis=-1)
+
+
+def initial_force(depth_mm: float, unit_weight: float, phi_deg: float, wall_deg: float = 0.0) -> float:
+    """Least force on a vertical blade in level sand: Rankine's, or Coulomb's with wall friction.
+
+    ``unit_weight`` in N/mm3, result in N per mm of width; Coulomb (1776), passive, vertical wall.
+
+    >>> round(initial_force(30.0, 16e-6, 50.0) * 1000.0, 3)
+    54.35
+    """
+    phi, wall = math.radians(phi_deg), math.radians(wall_deg)
+    root = math.sqrt(math.sin(phi + wall) * math.sin(phi) / math.cos(wall))
+    coefficient = math.cos(phi) ** 2 / (math.cos(wall) * (1.0 - root) ** 2)
+    return 0.5 * unit_weight * depth_mm**2 * coefficient
+
+
+def block_areas(surface: ArrayLike, tip_x: float) -> Floats:
+    """Area between the surface and the line from the tip to each node (M,), by the paper's Eqs 2 and 3.
+
+    ``surface`` is (M, 2) mm and starts at the blade's face; the result is in mm2.
+    """
+    x, y = np.asarray(surface, float).T
+    under = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+    return np.asarray(under - 0.5 * (x - tip_x) * y)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def force_factor(tan_beta: float, tan_phi: float, tan_wall: float) -> float:
+    """P / W from tangents; infinite where the block locks."""
+    locks = 1.0 - tan_phi * tan_wall - tan_beta * (tan_phi + tan_wall)
+    if locks <= 0.0:
+        return math.inf
+    return (tan_beta + tan_phi) * math.sqrt(1.0 + tan_wall * tan_wall) / locks
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def _stationary(area: float, gain: float, top0: float, top1: float, low0: float, low1: float) -> float:
+    """Where (area + gain t)(top0 + top1 t) / (low0 + low1 t) is least; infinite where it only falls."""
+    if low1 == 0.0:
+        return math.inf
+    # in z = low0 + low1 t it is (f0 + f1 z)(g0 + g1 z) / z
+    f1, g1 = gain / low1, top1 / low1
+    f0, g0 = area - f1 * low0, top0 - g1 * low0
+    if f1 * g1 <= 0.0 or f0 * g0 <= 0.0:
+        return math.inf
+    return (math.sqrt(f0 * g0 / (f1 * g1)) - low0) / low1
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def cheapest_band(x: Floats, y: Floats, n: int, tan_phi: float, tan_wall: float) -> tuple[float, float]:
+    """Least P / unit weight over all outcrops on the surface, and the outcrop's x; exact on every segment.
+
+    With the tip at x[0], area, numerator and denominator of Eq. 1 are linear in the place along a segment, so
+    that P = a/z + b + c z there (docs/theory-model.md, Eq. 6): its least value has a closed form. Only
+    outcrops that the tip sees under the surface are candidates.
+    """
+    tip = x[0]
+    scale = math.sqrt(1.0 + tan_wall * tan_wall)
+    keep, lose = 1.0 - tan_phi * tan_wall, tan_phi + tan_wall
+    best, place = math.inf, x[n - 1]
+    area, seen = 0.0, math.inf  # area up to the segment; least tan(beta) of the nodes so far
+    for i in range(n - 1):
+        x0, y0, width = x[i] - tip, y[i], x[i + 1] - x[i]
+        slope = (y[i + 1] - y0) / width
+        gain = 0.5 * (y0 - slope * x0)
+        if x0 > 0.0:
+            seen = min(seen, y0 / x0)
+        if gain > 0.0:
+            top0, top1 = y0 + tan_phi * x0, slope + tan_phi
+            low0, low1 = keep * x0 - lose * y0, keep - lose * slope
+            start, stop = 0.0, width
+            if low0 <= 0.0:  # locked at first: free from where the denominator turns positive
+                start = -low0 / low1 * (1.0 + 1e-12) if low1 > 0.0 else width
+            if x0 > 0.0 and y0 > seen * x0:
+                start = max(start, (y0 - seen * x0) / (seen - slope)) if seen > slope else width
+            if slope < 0.0:
+                stop = min(stop, -y0 / slope)  # below the tip no band can end
+            if start < stop:
+                here = _stationary(area, gain, top0, top1, low0, low1)
+                for at in (start, min(max(here, start), stop), stop):
+                    low = low0 + low1 * at
+                    if low > 0.0:
+                        force = (area + gain * at) * (top0 + top1 * at) * scale / low
+                        if force < best:
+                            best, place = force, x[i] + at
+        area += gain * width
+    return best, place
