@@ -1,0 +1,212 @@
+"""The chapters of one test: each is there when its files are, or says what could not be had."""
+
+from collections import Counter
+
+import numpy as np
+import pandas as pd
+
+from ploughval.report.blocks import Chapter, Drawing, Pen, Table, table_of, value_cell
+from ploughval.report.figures import (
+    arm_figure,
+    bands_figure,
+    budget_figure,
+    field_figure,
+    force_figure,
+    mobilised_figure,
+)
+from ploughval.report.results import Results
+from ploughval.report.stages import stage_frames, view
+from ploughval.report.text import number
+from ploughval.scene import Step
+
+
+def not_had(results: Results, step: Step, what: str) -> tuple[str, ...]:
+    """A note when a step was called for but left no file; its faults stand in the last chapter."""
+    if step.value not in results.run.steps:
+        return ()
+    return (f"{what} could not be had; the faults of the run are listed under “Quality”.",)
+
+
+def force_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Force history, measured against model, and line of action."""
+    missing = () if results.force is not None else not_had(results, Step.FORCE, "The measured force")
+    if results.force is None and results.model_force is None:
+        return Chapter("force", "Force", notes=missing) if missing else None
+    drawings = [
+        pen.draw(
+            force_figure(
+                results.force,
+                results.model_force,
+                depth_mm=results.depth_mm,
+                P0_N=results.P0_N,
+                bands=results.bands,
+                model_bands=results.model_bands,
+                peaks=results.peaks,
+            ),
+            f"Force against displacement of the blade. {_force_words(results)}",
+            _force_caption(results),
+        )
+    ]
+    notes = [*missing]
+    if results.force is not None:
+        if np.isfinite(results.force["arm_mm"]).any():
+            drawings.append(
+                pen.draw(
+                    arm_figure(results.force, depth_mm=results.depth_mm),
+                    "Height of the line of action of the force above the tip, against displacement.",
+                    "Line of action of the measured force. Dotted: a third of the depth, where a "
+                    "pressure growing linearly with depth acts.",
+                )
+            )
+        else:
+            notes.append("No line of action: the force was too small for one in every row.")
+        notes += _force_notes(results.force)
+    tables = [] if results.peaks is None else [table_of(results.peaks, "Peaks and troughs", folded=True)]
+    return Chapter("force", "Force", drawings=drawings, tables=tables, notes=notes)
+
+
+def _force_words(results: Results) -> str:
+    words = []
+    for name, table in (("measured", results.force), ("predicted", results.model_force)):
+        if table is not None and table["force_N"].notna().any():
+            P, u = table["force_N"].to_numpy(float), table["u_mm"].to_numpy(float)
+            at = int(np.nanargmax(P))
+            words.append(
+                f"The {name} force reaches at most {number(P[at], 3)} N at u = {number(u[at], 3)} mm."
+            )
+    return " ".join(words)
+
+
+def _force_caption(results: Results) -> str:
+    said = "Circles: peaks. " if results.peaks is not None else ""
+    marks = "Triangles: band starts, measured at the top, predicted at the bottom. "
+    bands = results.bands is not None or results.model_bands is not None
+    divisor = f"Both curves are divided by P₀ = {number(results.P0_N)} N" if results.P0_N else ""
+    depth = f" and d = {number(results.depth_mm, 3)} mm." if results.P0_N and results.depth_mm else "."
+    return (said + (marks if bands else "") + (divisor + depth if divisor else "")).strip()
+
+
+def _force_notes(force: pd.DataFrame) -> list[str]:
+    counts = Counter(str(status) for status in force["status"])
+    bad = [f"{n} {name.replace('_', ' ')}" for name, n in counts.most_common() if name not in ("ok", "")]
+    notes = [f"Of {len(force)} rows of the log: {', '.join(bad)}."] if bad else []
+    if not np.isfinite(force["friction_N"]).any():
+        notes.append("No empty-box run: the friction of the seals is still in the measured force.")
+    return notes
+
+
+def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Shear bands: table and histories of outcrop and inclination."""
+    missing = () if results.bands is not None else not_had(results, Step.BANDS, "The measured shear bands")
+    if results.bands is None and results.model_bands is None and results.increments is None:
+        return Chapter("bands", "Shear bands", notes=missing) if missing else None
+    tables = [
+        table_of(table, caption)
+        for table, caption in ((results.bands, "Measured bands"), (results.model_bands, "Predicted bands"))
+        if table is not None
+    ]
+    drawing = pen.draw(
+        bands_figure(
+            results.bands,
+            results.increments,
+            model_bands=results.model_bands,
+            model_force=results.model_force,
+        ),
+        f"Outcrop and inclination of the shear bands against displacement; measured {_count(results.bands)}, "
+        f"predicted {_count(results.model_bands)}.",
+        "A band's outcrop stays in the sand while the tip closes in on it, so the band steepens "
+        "until a fresh one is cheaper.",
+    )
+    notes = list(missing)
+    if results.bands is not None and results.bands.empty:
+        notes.append("No shear band was found in the measurement.")
+    return Chapter("bands", "Shear bands", drawings=[drawing], tables=tables, notes=notes)
+
+
+def _count(table: pd.DataFrame | None) -> str:
+    return "none" if table is None else str(len(table))
+
+
+def field_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Displacement between photographs at the stages shown."""
+    tracks = results.tracks
+    if tracks is None:
+        missing = not_had(results, Step.TRACKS, "The displacement field")
+        return Chapter("field", "Displacement field", notes=missing) if missing else None
+    extent = view(results)
+    u, numbers = tracks["u_mm"].to_numpy(), tracks["frame"].to_numpy()
+    measured = np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
+    drawings: list[Drawing] = []
+    for frame in stage_frames(results):
+        row = int(np.argmin(np.abs(numbers - frame)))
+        earlier = np.flatnonzero(measured[:row] & (u[:row] < u[row]))
+        if numbers[row] != frame or not measured[row] or not earlier.size:
+            continue
+        before = int(earlier[-1])
+        surface = None if results.surface is None else results.surface[results.surface["frame"] == frame]
+        figure = field_figure(
+            tracks, before, row, extent=extent, surface=surface, thickness_mm=_thickness(results)
+        )
+        words = f"between u = {u[before]:.1f} mm and {u[row]:.1f} mm"
+        drawings.append(pen.draw(figure, f"Displacement of the sand {words}.", f"Frame {frame}: {words}."))
+    if not drawings:
+        return Chapter("field", "Displacement field", notes=("No two photographs share a tracked point.",))
+    return Chapter(
+        "field",
+        "Displacement field",
+        lead="How far each point moved for a millimetre of the blade. A rigid block moves 1 / cos β.",
+        grid=drawings,
+    )
+
+
+def _thickness(results: Results) -> float:
+    return float(results.setting("blade", "thickness_mm") or 5.0)
+
+
+def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Friction mobilised at each increment."""
+    mobilised = results.mobilised
+    if mobilised is None or not mobilised["phi_deg"].notna().any():
+        return None
+    low, high = float(mobilised["phi_deg"].min()), float(mobilised["phi_deg"].max())
+    drawing = pen.draw(
+        mobilised_figure(
+            mobilised,
+            peak_deg=results.setting("soil", "peak_friction_deg"),
+            residual_deg=results.setting("soil", "residual_friction_deg"),
+            mobilization_length_mm=results.setting("soil", "mobilization_length_mm"),
+        ),
+        f"Mobilised friction against slip on the band, {number(low, 3)} to {number(high, 3)} degrees.",
+        "Each point is one increment: the friction that the measured force, surface and band need for "
+        "equilibrium, without running the model.",
+    )
+    return Chapter(
+        "friction",
+        "Mobilised friction",
+        drawings=[drawing],
+        tables=[table_of(mobilised, "Mobilised friction, every increment", folded=True)],
+    )
+
+
+def budget_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Uncertainty budget of the force."""
+    budget = results.budget
+    if budget is None or budget.empty:
+        return None
+    drawings = []
+    if budget["share"].notna().any():
+        shares = budget["share"].dropna().sort_values()
+        names = [str(budget["source"][row]) for row in shares.index]
+        drawings.append(
+            pen.draw(
+                budget_figure(budget),
+                f"Shares of the variance of the force; largest: {names[-1]}, {shares.max():.0%}.",
+                "What the standard uncertainty of the force is made of.",
+            )
+        )
+    heads = {"sensitivity_N": "Sensitivity, N per unit", "share": "Share of variance"}
+    head = [heads.get(name, name.replace("_", " ").capitalize()) for name in budget.columns]
+    rows = [[value_cell(value) for value in row] for row in budget.itertuples(index=False, name=None)]
+    return Chapter(
+        "budget", "Uncertainty of the force", drawings=drawings, tables=[Table("Budget", head, rows)]
+    )

@@ -1,0 +1,26 @@
+"""Plot functions: each returns a Figure and changes nothing else."""
+
+from ploughval.report.figures.agreement import agreement_figure
+from ploughval.report.figures.bands import bands_figure
+from ploughval.report.figures.field import field_figure
+from ploughval.report.figures.force import arm_figure, budget_figure, force_figure
+from ploughval.report.figures.layers import Picture, Side, layers_figure
+from ploughval.report.figures.preview import preview_figure
+from ploughval.report.figures.series import blade_figure, forces_figure
+from ploughval.report.figures.soil import mobilised_figure
+
+__all__ = [
+    "Picture",
+    "Side",
+    "agreement_figure",
+    "arm_figure",
+    "bands_figure",
+    "blade_figure",
+    "budget_figure",
+    "field_figure",
+    "force_figure",
+    "forces_figure",
+    "layers_figure",
+    "mobilised_figure",
+    "preview_figure",
+]

@@ -1,0 +1,210 @@
+"""Force against displacement, normalised as in Hambleton et al., Figure 9, and its line of action."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, legend_above, new_figure, styled
+
+MOST_POINTS = 4000
+
+
+def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:
+    """At most so many rows that draw the same line: of every run of rows the least and the greatest.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Rows in the order in which they are drawn.
+    column : str
+        What is drawn.
+    most : int
+        Rows to keep; shorter tables come back unchanged.
+    """
+    if len(table) <= most:
+        return table
+    values = table[column].to_numpy(float)
+    edges = np.linspace(0, len(values), most // 2 + 1).astype(int)
+    keep: set[int] = {0, len(values) - 1}
+    for start, stop in pairwise(edges):
+        part = values[start:stop]
+        if np.isfinite(part).any():
+            keep |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}
+        elif stop > start:
+            keep.add(start)
+    return table.iloc[sorted(keep)]
+
+
+@styled
+def force_figure(
+    force: pd.DataFrame | None,
+    model: pd.DataFrame | None,
+    *,
+    depth_mm: float | None = None,
+    P0_N: float | None = None,
+    bands: pd.DataFrame | None = None,
+    model_bands: pd.DataFrame | None = None,
+    peaks: pd.DataFrame | None = None,
+) -> Figure:
+    """Measured and predicted force histories; both are divided by the same force, so levels compare.
+
+    Parameters
+    ----------
+    force : DataFrame of FORCE_COLUMNS or None
+        Measured history.
+    model : DataFrame of MODEL_FORCE_COLUMNS or None
+        Predicted history.
+    depth_mm, P0_N : float, mm and N, or None
+        Divisors of the axes; None: that axis keeps its unit.
+    bands, model_bands : DataFrame of BAND_COLUMNS or None
+        Their starts are marked, measured above, predicted below.
+    peaks : DataFrame or None
+        Columns source, kind, u_mm, force_N; peaks are circled.
+    """
+    figure = new_figure(3.7)
+    axes = figure.subplots()
+    per_u, per_P = 1 / (depth_mm or 1.0), 1 / (P0_N or 1.0)
+    if force is not None:
+        _measured(axes, force, per_u, per_P)
+    if model is not None:
+        axes.plot(
+            model["u_mm"] * per_u, model["force_N"] * per_P, color=MODEL, ls="--", lw=1.8, label="predicted"
+        )
+    if peaks is not None:
+        _mark_peaks(axes, peaks, per_u, per_P)
+    _mark_starts(axes, bands, per_u, MEASURED, 1.0, "v", "band starts, measured")
+    _mark_starts(axes, model_bands, per_u, MODEL, 0.0, "^", "band starts, predicted")
+    axes.set_xlabel("u / d" if depth_mm else "u, mm")
+    axes.set_ylabel("P / P₀" if P0_N else "P, N")
+    axes.set_xlim(left=min(0.0, axes.get_xlim()[0]) if axes.get_xlim()[0] < -0.2 else 0.0)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    _unit_axes(axes, depth_mm, P0_N)
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _measured(axes: Axes, force: pd.DataFrame, per_u: float, per_P: float) -> None:
+    shown = thin(force, "force_N")
+    u, P, std = (shown[name].to_numpy(float) for name in ("u_mm", "force_N", "force_std_N"))
+    if np.isfinite(std).any():
+        axes.fill_between(
+            u * per_u,
+            (P - 2 * std) * per_P,
+            (P + 2 * std) * per_P,
+            color=MEASURED,
+            alpha=0.25,
+            lw=0,
+            label="measured ± 2 std",
+        )
+    axes.plot(u * per_u, P * per_P, color=MEASURED, lw=1.2, label="measured")
+
+
+def _mark_peaks(axes: Axes, peaks: pd.DataFrame, per_u: float, per_P: float) -> None:
+    for source, colour in (("experiment", MEASURED), ("model", MODEL)):
+        chosen = peaks[(peaks["source"] == source) & (peaks["kind"] == "peak")]
+        axes.plot(
+            chosen["u_mm"] * per_u, chosen["force_N"] * per_P, "o", ms=6, mfc="none", mec=colour, mew=1.3
+        )
+
+
+def _mark_starts(
+    axes: Axes, bands: pd.DataFrame | None, per_u: float, colour: str, height: float, marker: str, text: str
+) -> None:
+    if bands is None or bands.empty:
+        return
+    starts = bands["u_start_mm"].to_numpy(float) * per_u
+    axes.plot(
+        starts,
+        np.full(len(starts), height),
+        marker,
+        color=colour,
+        ms=8,
+        clip_on=False,
+        transform=axes.get_xaxis_transform(),
+        label=text,
+        zorder=5,
+    )
+    axes.vlines(starts, 0, 1, color=colour, lw=0.7, alpha=0.5, transform=axes.get_xaxis_transform(), ls=":")
+
+
+def _unit_axes(axes: Axes, depth_mm: float | None, P0_N: float | None) -> None:
+    """The same axes again in mm and N."""
+    if P0_N:
+        right = axes.secondary_yaxis("right", functions=_scaled(P0_N))
+        right.set_ylabel("P, N", color=MUTED)
+    if depth_mm:
+        top = axes.secondary_xaxis("top", functions=_scaled(depth_mm))
+        top.set_xlabel("u, mm", color=MUTED)
+
+
+def _scaled(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    return lambda value: value * factor, lambda value: value / factor
+
+
+@styled
+def arm_figure(force: pd.DataFrame, *, depth_mm: float | None = None) -> Figure:
+    """Height of the force's line of action above the tip, with two standard uncertainties.
+
+    Parameters
+    ----------
+    force : DataFrame of FORCE_COLUMNS
+        Measured history.
+    depth_mm : float, mm, or None
+        A third of it is drawn: the line of action of a pressure that grows linearly with depth.
+    """
+    figure = new_figure(2.7)
+    axes = figure.subplots()
+    shown = thin(force, "arm_mm")
+    u, arm, std = (shown[name].to_numpy(float) for name in ("u_mm", "arm_mm", "arm_std_mm"))
+    axes.fill_between(
+        u, arm - 2 * std, arm + 2 * std, color=MEASURED, alpha=0.25, lw=0, label="measured ± 2 std"
+    )
+    axes.plot(u, arm, color=MEASURED, lw=1.2, label="measured")
+    if depth_mm:
+        axes.axhline(depth_mm / 3, color=INK, lw=1, ls=":", label="d / 3")
+        good = arm[np.isfinite(arm)]
+        if good.size:
+            low, high = np.quantile(good, (0.02, 0.98))
+            axes.set_ylim(min(0.0, low - 2), max(depth_mm, high + 2))
+    axes.set_xlabel("u, mm")
+    axes.set_ylabel("above the tip, mm")
+    legend_above(axes)
+    return figure
+
+
+@styled
+def budget_figure(budget: pd.DataFrame) -> Figure:
+    """Share of each source in the variance of the force.
+
+    Parameters
+    ----------
+    budget : DataFrame (source, value, std, unit, sensitivity_N, share)
+        Shares are fractions of the variance.
+    """
+    rows = budget[budget["share"].notna()].sort_values("share")
+    figure = new_figure(0.9 + 0.3 * max(len(rows), 1))
+    axes = figure.subplots()
+    share = rows["share"].to_numpy(float) * 100
+    names = [name.replace("_", " ").replace("$", r"\$") for name in rows["source"]]
+    axes.barh(range(len(rows)), share, color=MEASURED, height=0.62)
+    for place, value in enumerate(share):
+        axes.annotate(
+            f"{value:.1f} %",
+            (value, place),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=9,
+        )
+    axes.set_yticks(range(len(rows)), names)
+    axes.grid(visible=False, axis="y")
+    axes.set_xlim(0, max(100.0, 1.12 * share.max(initial=0.0)))
+    axes.set_xlabel("share of the variance, %")
+    return figure

@@ -1,0 +1,160 @@
+"""Deformed tracer layers of one stage: predicted above, measured below (as the paper's Figure 8)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import Normal, Stroke
+from numpy.typing import NDArray
+
+from ploughval.report.figures.style import (
+    INK,
+    MEASURED,
+    MODEL,
+    MUTED,
+    ON_PHOTO_HALO,
+    ON_PHOTO_MEASURED,
+    ON_PHOTO_MODEL,
+    SAND,
+    STEEL,
+    new_figure,
+    styled,
+)
+
+Extent = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A photograph in world millimetres: (H, W) uint8, row 0 on top; extent x0, x1, y0, y1 in mm."""
+
+    grey: NDArray[np.uint8]
+    extent: Extent
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """What one panel shows at one stage; tables are cut to the stage, None where there is none."""
+
+    layers: pd.DataFrame | None = None
+    surface: pd.DataFrame | None = None
+    bands: pd.DataFrame | None = None
+    picture: Picture | None = None
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to draw."""
+        return all(part is None or not len(part) for part in (self.layers, self.surface)) and not self.picture
+
+
+@styled
+def layers_figure(
+    predicted: Side,
+    measured: Side,
+    *,
+    u_mm: float,
+    depth_mm: float,
+    extent: Extent,
+    thickness_mm: float = 5.0,
+) -> Figure:
+    """One stage: the panels that have something to show, on the same axes.
+
+    Parameters
+    ----------
+    predicted, measured : Side
+        What either panel shows; an empty side has no panel.
+    u_mm : float, mm
+        Displacement of the blade at this stage.
+    depth_mm, thickness_mm : float, mm
+        Depth and thickness of the blade.
+    extent : tuple of float, mm
+        x0, x1, y0, y1: part of the world that is shown.
+    """
+    sides = [(s, t) for s, t in ((predicted, "predicted"), (measured, "measured")) if not s.empty]
+    x0, x1, y0, y1 = extent
+    panel = 5.6 * (y1 - y0) / (x1 - x0)
+    figure = new_figure(0.75 + max(len(sides), 1) * (min(panel, 4.0) + 0.12))
+    grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (side, title) in zip(grid, sides, strict=False):
+        other = predicted if title == "measured" else None
+        _panel(axes, side, title, other)
+        draw_blade(axes, u_mm, extent, thickness_mm)
+        for band in _active(side.bands, u_mm):
+            _band(axes, band, u_mm, MODEL if title == "predicted" else MEASURED, side.picture is not None)
+        axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
+        axes.grid(visible=False)
+        axes.set_ylabel("y, mm")
+    figure.suptitle(f"u = {u_mm:.1f} mm = {u_mm / depth_mm:.2f} d", fontsize=11, x=0.02, ha="left")
+    grid[-1].set_xlabel("x, mm")
+    return figure
+
+
+def stage(table: pd.DataFrame | None, frame: int) -> pd.DataFrame | None:
+    """Rows of one frame, or None without any."""
+    if table is None:
+        return None
+    rows = table[table["frame"] == frame]
+    return rows if len(rows) else None
+
+
+def _panel(axes: Axes, side: Side, title: str, other: Side | None) -> None:
+    on_photo = side.picture is not None
+    if side.picture is not None:
+        axes.imshow(side.picture.grey, extent=side.picture.extent, cmap="gray", vmin=0, vmax=255, zorder=0)
+    elif side.surface is not None:
+        axes.fill_between(side.surface["x_mm"], side.surface["y_mm"], -1e4, color=SAND, lw=0, zorder=0)
+    colour, over = (MODEL, ON_PHOTO_MODEL) if title == "predicted" else (MEASURED, ON_PHOTO_MEASURED)
+    if side.surface is not None:
+        ink = ON_PHOTO_HALO if on_photo else INK
+        axes.plot(side.surface["x_mm"], side.surface["y_mm"], color=ink, lw=1.1, zorder=3)
+    if other is not None and other.layers is not None:
+        _lines(axes, other.layers, ON_PHOTO_MODEL if on_photo else MODEL, 1.0, "--", halo=False)
+    if side.layers is not None:
+        _lines(axes, side.layers, over if on_photo else colour, 1.6, "-", halo=on_photo)
+    text = title if other is None or other.layers is None else "measured (dashed: predicted)"
+    box = {"facecolor": "#ffffff" if on_photo else "none", "edgecolor": "none", "alpha": 0.8, "pad": 2}
+    axes.text(
+        0.988, 0.96, text, transform=axes.transAxes, ha="right", va="top", bbox=box, zorder=8,
+        color="#1a1a1a" if on_photo else INK,
+    )  # fmt: skip
+
+
+def _lines(axes: Axes, layers: pd.DataFrame, colour: str, width: float, dash: str, *, halo: bool) -> None:
+    effects = (
+        [Stroke(linewidth=width + 1.6, foreground=ON_PHOTO_HALO, alpha=0.85), Normal()] if halo else None
+    )
+    for (source, _height), line in layers.groupby(["source", "layer"], sort=True):
+        style = (0, (1, 1)) if source == "dye" else dash
+        axes.plot(
+            line["x_mm"], line["y_mm"], color=colour, lw=width, ls=style, path_effects=effects, zorder=4
+        )
+
+
+def draw_blade(axes: Axes, u_mm: float, extent: Extent, thickness_mm: float) -> None:
+    """The blade as a plate: its face at u, its tip at y = 0."""
+    height = extent[3] - min(0.0, extent[2])
+    axes.add_patch(
+        Rectangle(
+            (u_mm - thickness_mm, 0), thickness_mm, height, facecolor=STEEL, edgecolor=INK, lw=0.8, zorder=6
+        )
+    )
+
+
+def _active(bands: pd.DataFrame | None, u_mm: float) -> list[pd.Series]:
+    """Bands that slip at this displacement; of two that meet there, both."""
+    if bands is None:
+        return []
+    end = bands["u_end_mm"].fillna(np.inf)
+    return [row for _, row in bands[(bands["u_start_mm"] <= u_mm) & (end >= u_mm)].iterrows()]
+
+
+def _band(axes: Axes, band: pd.Series, u_mm: float, colour: str, on_photo: bool) -> None:
+    """From the tip to the outcrop, which stays where it was when the band started."""
+    x = float(band["outcrop_x_mm"])
+    y = (x - float(band["u_start_mm"])) * np.tan(np.radians(float(band["beta_deg"])))
+    effects = [Stroke(linewidth=4.5, foreground=ON_PHOTO_HALO, alpha=0.6), Normal()] if on_photo else None
+    axes.plot([u_mm, x], [0, y], color=colour, lw=2.4, ls=(0, (4, 1.5)), path_effects=effects, zorder=5)
+    axes.plot([x], [y], "o", color=colour, ms=5, mec=MUTED, zorder=6)

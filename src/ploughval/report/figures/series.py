@@ -1,0 +1,84 @@
+"""Histories that are not forces against a model: the blade in the photographs, and several tests together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from ploughval.report.figures.force import thin
+from ploughval.report.figures.style import INK, MEASURED, SERIES, legend_above, new_figure, plain, styled
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """One test's force histories and what they are divided by."""
+
+    name: str
+    depth_mm: float
+    P0_N: float
+    force: pd.DataFrame | None
+    model: pd.DataFrame | None
+
+
+@styled
+def blade_figure(blade: pd.DataFrame) -> Figure:
+    """Blade position seen in the photographs minus the displacement used, against displacement.
+
+    Parameters
+    ----------
+    blade : DataFrame
+        Columns frame, time_s, u_mm, blade_x_mm, blade_std_mm.
+    """
+    figure = new_figure(2.5)
+    axes = figure.subplots()
+    gap = (blade["blade_x_mm"] - blade["u_mm"]).to_numpy(float)
+    std = blade["blade_std_mm"].to_numpy(float)
+    axes.axhline(0, color=INK, lw=0.8)
+    axes.errorbar(
+        blade["u_mm"],
+        gap,
+        yerr=np.where(np.isfinite(std), std, 0.0),
+        fmt="o",
+        ms=3.5,
+        color=MEASURED,
+        elinewidth=0.9,
+    )
+    axes.set_xlabel("u, mm")
+    axes.set_ylabel("seen − used, mm")
+    return figure
+
+
+@styled
+def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Figure:
+    """Normalised force histories of several tests on the same axes.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        One a test.
+    measured : bool
+        The measured side, or the predicted one.
+    """
+    figure = new_figure(3.5)
+    axes = figure.subplots()
+    dashes = ("-", "--", "-.", ":")
+    for place, history in enumerate(histories):
+        table = history.force if measured else history.model
+        if table is None:
+            continue
+        shown = thin(table, "force_N")
+        axes.plot(
+            shown["u_mm"] / history.depth_mm,
+            shown["force_N"] / history.P0_N,
+            color=SERIES[place % len(SERIES)],
+            ls=dashes[place // len(SERIES) % len(dashes)] if measured else "--",
+            lw=1.4,
+            label=plain(history.name),
+        )
+    axes.set_xlabel("u / d")
+    axes.set_ylabel("P / P₀, measured" if measured else "P / P₀, predicted")
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    legend_above(axes, columns=2)
+    return figure

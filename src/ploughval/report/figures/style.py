@@ -1,0 +1,193 @@
+"""One look for all figures: palette (Okabe & Ito, 2008), type sizes, SVG that follows the theme."""
+
+import base64
+import io
+import re
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from PIL import Image
+
+from ploughval.errors import DataError
+
+# Colours that the page re-defines for dark screens; kept apart from pure black and white on purpose.
+P = ParamSpec("P")
+R = TypeVar("R")
+
+INK = "#1b1f23"
+MUTED = "#6a737d"
+GRID = "#dfe3e8"
+PAPER = "#fdfdfc"
+MEASURED = "#0072b2"
+MODEL = "#d55e00"
+SAND = "#ecdcb4"
+STEEL = "#8a929a"
+THEMED = {
+    INK: "ink",
+    MUTED: "muted",
+    GRID: "grid",
+    PAPER: "paper",
+    MEASURED: "measured",
+    MODEL: "model",
+    SAND: "sand",
+    STEEL: "steel",
+}
+# Over a photograph the ground is the same in both themes, so are the colours (one level off, not themed).
+ON_PHOTO_MEASURED = "#0071b2"
+ON_PHOTO_MODEL = "#d55d00"
+ON_PHOTO_HALO = "#ffffff"
+SERIES = (MEASURED, MODEL, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+DASHES = ("-", "--", "-.", ":")
+
+WIDTH_IN = 6.4
+_RC: Any = {
+    "font.size": 10,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "axes.titlesize": 10,
+    "axes.labelsize": 10,
+    "legend.fontsize": 9,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.edgecolor": MUTED,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "figure.facecolor": PAPER,
+    "axes.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+    "savefig.dpi": 150,
+    "figure.dpi": 100,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "ploughval",
+    "path.simplify": True,
+    "image.composite_image": False,
+}
+
+
+def styled(plot: Callable[P, R]) -> Callable[P, R]:
+    """Run a plot function under the house style and leave matplotlib's settings as they were."""
+
+    @wraps(plot)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> R:
+        with mpl.rc_context(_RC):
+            return plot(*args, **kwargs)
+
+    return wrapped
+
+
+def new_figure(height_in: float, *, width_in: float = WIDTH_IN) -> Figure:
+    """An empty figure of the house width; its axes are laid out when it is drawn."""
+    return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def plain(text: str, length: int = 48) -> str:
+    """Text from a user as a label: one line, printable, no mathematics, not hidden from legends."""
+    line = "".join(c if c.isprintable() else " " for c in text).strip()
+    line = line if len(line) <= length else line[: length - 1] + "…"
+    line = line.replace("$", r"\$")
+    return f"\u200b{line}" if line.startswith("_") else line
+
+
+def legend_above(axes: Axes, columns: int = 4) -> None:
+    """A legend in one line above the axes, where it hides no data."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        axes.legend(
+            handles, labels, loc="lower left", bbox_to_anchor=(0, 1.0), ncols=columns, borderaxespad=0.2
+        )
+
+
+@styled
+def to_svg(figure: Figure, key: str, alt: str) -> str:
+    """A figure as an inline SVG element: ids prefixed by the key, theme colours as CSS variables.
+
+    Parameters
+    ----------
+    figure : Figure
+        What is drawn.
+    key : str
+        Unique on the page; letters, digits and dashes.
+    alt : str
+        Text for those who do not see the figure; escaped here.
+
+    Returns
+    -------
+    str
+        ``<svg ...>...</svg>`` without references outside itself; same figure, same bytes.
+    """
+    buffer = io.StringIO()
+    figure.savefig(
+        buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+    )
+    body = buffer.getvalue()
+    body = body[body.index("<svg") :]
+    view = re.search(r'viewBox="[^"]*"', body)
+    body = body[body.index(">") + 1 :]
+    body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
+    body = re.sub(r'data:image/png;base64,([^"]+)', _lighter, body)
+    body = re.sub(r"'DejaVu Sans'[^;\"]*sans-serif", "var(--font)", body)
+    for colour, name in THEMED.items():
+        body = body.replace(colour, f"var(--{name})")
+    body = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', body)
+    body = re.sub(r'xlink:href="#', f'href="#{key}-', body).replace("xlink:href", "href")
+    body = body.replace("url(#", f"url(#{key}-")
+    body = re.sub(r"\n\s*", "\n", body)
+    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{_attribute(alt)}">{body}'
+
+
+@styled
+def saved(figure: Figure, target: Path) -> Path:
+    """Write a figure to a file of its own, aside and renamed; the same bytes for the same figure.
+
+    Raises
+    ------
+    DataError
+        When the disk refuses.
+    """
+    kind = target.suffix.lower().lstrip(".")
+    metadata = {"png": {"Software": None}, "svg": {"Date": None}}.get(kind, {"CreationDate": None})
+    aside = target.with_name(f".{target.name}.part")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(aside, format=kind, metadata=metadata)
+        aside.replace(target)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise DataError(f"the picture cannot be written: {error}", path=target) from None
+    return target
+
+
+def _attribute(text: str) -> str:
+    for mark, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
+        text = text.replace(mark, entity)
+    return text
+
+
+def _lighter(found: re.Match[str]) -> str:
+    """An opaque embedded picture as JPEG (photographs of sand are noise: PNG is five times larger)."""
+    picture = Image.open(io.BytesIO(base64.b64decode(found.group(1))))
+    alpha = picture.convert("RGBA").getchannel("A").getextrema()
+    if alpha != (255, 255) or picture.width * picture.height < 40_000:
+        return re.sub(r"\s", "", found.group(0))
+    buffer = io.BytesIO()
+    picture.convert("RGB").save(buffer, format="JPEG", quality=82, optimize=True)
+    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()

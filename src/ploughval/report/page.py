@@ -1,0 +1,133 @@
+"""Pages from result folders: one test, or several side by side; one self-contained file each."""
+
+import os
+import tempfile
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import BaseLoader, Environment, StrictUndefined, TemplateNotFound
+
+from ploughval.errors import ConfigError, DataError, Fault
+from ploughval.report.blocks import Chapter, Pen
+from ploughval.report.chapters import (
+    bands_chapter,
+    budget_chapter,
+    field_chapter,
+    force_chapter,
+    friction_chapter,
+)
+from ploughval.report.comparison import comparison_context
+from ploughval.report.quality import provenance_chapter, quality_chapter
+from ploughval.report.results import Results, read_results
+from ploughval.report.stages import layers_chapter
+from ploughval.report.verdict import agreement_chapter, tiles, verdict
+
+PAGE_NAME = "report.html"
+COMPARISON_NAME = "comparison.html"
+
+
+def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> Path:
+    """Write the page of one result folder, or one that compares several.
+
+    Parameters
+    ----------
+    results : path or sequence of paths
+        Result folders (or test folders that hold ``results``).
+    out : path, optional
+        File or existing folder to write to; absent: ``report.html`` in the result folder, for several
+        ``comparison.html`` in the first.
+
+    Returns
+    -------
+    Path
+        The page: one file that needs no other and no network.
+
+    Raises
+    ------
+    DataError
+        No result folder, or a file in it that cannot be read.
+    ConfigError
+        No folder at all.
+    """
+    folders = [results] if isinstance(results, str | Path) else list(results)
+    if not folders:
+        raise ConfigError("report", [Fault("results", "no folder", "at least one result folder")])
+    tests = [read_results(folder) for folder in folders]
+    page = single_page(tests[0]) if len(tests) == 1 else several_page(tests)
+    name = PAGE_NAME if len(tests) == 1 else COMPARISON_NAME
+    target = tests[0].folder if out is None else Path(out)
+    return _write(target / name if target.is_dir() else target, page)
+
+
+def single_page(results: Results) -> str:
+    """The page of one test, as HTML."""
+    pen = Pen()
+    built = (
+        agreement_chapter(results, pen),
+        force_chapter(results, pen),
+        layers_chapter(results, pen),
+        bands_chapter(results, pen),
+        field_chapter(results, pen),
+        friction_chapter(results, pen),
+        budget_chapter(results, pen),
+        quality_chapter(results, pen),
+        provenance_chapter(results),
+    )
+    chapters: list[Chapter] = [chapter for chapter in built if chapter is not None]
+    return render(
+        "test.html.j2",
+        title=results.name,
+        notes=str(results.setting("test", "notes") or ""),
+        verdict=verdict(results),
+        tiles=tiles(results),
+        chapters=chapters,
+        version=results.run.ploughval,
+    )
+
+
+def several_page(tests: Sequence[Results]) -> str:
+    """The page that compares several tests, as HTML."""
+    return render("test.html.j2", **comparison_context(tests, Pen()))
+
+
+def render(template: str, **context: Any) -> str:
+    """A template of the package with everything escaped that is not a figure."""
+    environment = Environment(
+        loader=_PackageTemplates(),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(**context)
+
+
+class _PackageTemplates(BaseLoader):
+    """Templates beside this module, wherever the package is installed (a zip too)."""
+
+    def get_source(self, environment: Environment, template: str) -> tuple[str, None, None]:
+        file = resources.files("ploughval.report").joinpath("templates", template)
+        try:
+            return file.read_text(encoding="utf-8"), None, None
+        except OSError:
+            raise TemplateNotFound(template) from None
+
+
+def _write(target: Path, page: str) -> Path:
+    """Write beside the target and rename, so that no half page is ever seen."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=".report-", suffix=".html", dir=target.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                file.write(page)
+            os.chmod(name, 0o644)
+            os.replace(name, target)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise DataError(f"the page cannot be written: {error}", path=target) from None
+    return target

@@ -1,0 +1,114 @@
+"""How the numbers came about: calibration, blade, frames, settings, provenance."""
+
+from typing import Any
+
+from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
+from ploughval.report.figures import blade_figure
+from ploughval.report.results import CalibrationEntry, FrameEntry, Results
+from ploughval.report.text import MISSING, number, with_std
+
+
+def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Faults, calibration, blade and the frame ledger."""
+    run = results.run
+    drawings, tables = [], []
+    if run.calibration is not None:
+        tables.append(_calibration(run.calibration))
+    if results.blade is not None and results.blade["blade_x_mm"].notna().any():
+        drawings.append(
+            pen.draw(
+                blade_figure(results.blade),
+                "Blade position seen in the photographs minus the displacement used, against displacement.",
+                "Blade seen in the photographs against the displacement used: a slope would be a wrong "
+                "scale, an offset a wrong clock.",
+            )
+        )
+    lost = [entry for entry in run.frames if not entry.used]
+    if lost:
+        tables.append(_ledger("Photographs that were lost", lost, folded=False))
+    if run.frames:
+        tables.append(_ledger("All photographs", list(run.frames), folded=True))
+    notes = [*run.faults, *(w for w in run.warnings if w not in run.faults)]
+    if not (drawings or tables or notes):
+        return None
+    return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes)
+
+
+def _calibration(entry: CalibrationEntry) -> Table:
+    std = None
+    if entry.mm_per_px is not None and entry.scale_std is not None:
+        std = entry.mm_per_px * entry.scale_std
+    rows = [
+        [Cell("Method"), Cell(entry.method or MISSING)],
+        [Cell("Scale at the tip, mm per px"), Cell(with_std(entry.mm_per_px, std), entry.mm_per_px)],
+        [
+            Cell("Relative standard uncertainty of the scale"),
+            Cell(number(entry.scale_std, 2), entry.scale_std),
+        ],
+        [Cell("Residual of the points, px rms"), Cell(number(entry.residual_px, 3), entry.residual_px)],
+    ]
+    return Table("Calibration", ("", ""), rows)
+
+
+def _ledger(caption: str, frames: list[FrameEntry], *, folded: bool) -> Table:
+    rows = [
+        [
+            Cell(str(f.frame), f.frame),
+            Cell(f.file),
+            value_cell(f.time_s, 6),
+            value_cell(f.u_mm),
+            Cell(f.status.replace("_", " "), mark="" if f.used else "differs"),
+            Cell(f.reason),
+        ]
+        for f in frames
+    ]
+    return Table(caption, ("Frame", "File", "Time, s", "u, mm", "Status", "Reason"), rows, folded=folded)
+
+
+def provenance_chapter(results: Results) -> Chapter | None:
+    """Settings, versions, hashes, timings: folded, for those who repeat the run."""
+    run = results.run
+    tables = []
+    if run.settings:
+        rows = [[Cell(key), _setting(value)] for key, value in flatten(run.settings)]
+        tables.append(Table("Settings", ("Key", "Value"), rows, folded=True))
+    if run.timings_s:
+        total = sum(value or 0.0 for value in run.timings_s.values())
+        rows = [[Cell(step), value_cell(value, 3)] for step, value in run.timings_s.items()]
+        rows.append([Cell("all steps"), value_cell(float(total), 3)])
+        tables.append(Table("Timings", ("Step", "Time, s"), rows, folded=True))
+    for caption, pairs in (("Versions", run.versions), ("Inputs (SHA-256)", run.inputs)):
+        if pairs:
+            rows = [[Cell(key), Cell(value)] for key, value in pairs.items()]
+            tables.append(Table(caption, ("Name", "Value"), rows, folded=True))
+    if not tables:
+        return None
+    lead = f"ploughval {run.ploughval}" if run.ploughval else ""
+    if run.settings_hash:
+        lead += f", settings {run.settings_hash[:12]}"
+    return Chapter("provenance", "Settings and provenance", lead=lead.strip(", "), tables=tables)
+
+
+def flatten(settings: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Nested settings as dotted keys in their order.
+
+    >>> flatten({"blade": {"depth_mm": 30.0}, "box": {}})
+    [('blade.depth_mm', 30.0)]
+    """
+    flat: list[tuple[str, Any]] = []
+    for key, value in settings.items():
+        if isinstance(value, dict):
+            flat += flatten(value, f"{prefix}{key}.")
+        else:
+            flat.append((f"{prefix}{key}", value))
+    return flat
+
+
+def _setting(value: Any) -> Cell:
+    if isinstance(value, list | tuple):
+        return Cell(", ".join(str(item) for item in value) or "none")
+    if value is None:
+        return Cell("not given")
+    if isinstance(value, bool | str):
+        return Cell(str(value).lower() if isinstance(value, bool) else value)
+    return Cell(f"{value:g}", value) if isinstance(value, int | float) else Cell(str(value))

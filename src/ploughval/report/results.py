@@ -1,0 +1,299 @@
+"""What a result folder holds, read from its files; a file that is not there is None."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import pandas as pd
+import xarray as xr
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from ploughval.axes import BAND_COLUMNS, FORCE_COLUMNS, LAYER_COLUMNS, MODEL_FORCE_COLUMNS, SURFACE_COLUMNS
+from ploughval.errors import DataError
+
+INCREMENT_COLUMNS = (
+    "frame",
+    "u_mm",
+    "du_mm",
+    "beta_deg",
+    "beta_std_deg",
+    "outcrop_x_mm",
+    "outcrop_std_mm",
+    "slip_mm",
+    "band",
+)
+BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
+MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
+BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
+PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")
+TRACK_VARIABLES = ("x0_mm", "y0_mm", "x_mm", "y_mm", "std_mm", "zncc", "status", "time_s", "u_mm")
+
+
+def _finite(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _text(value: object) -> object:
+    return "" if value is None else str(value)
+
+
+Number = Annotated[float | None, BeforeValidator(_finite)]
+Text = Annotated[str, BeforeValidator(_text)]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class FrameEntry(_Entry):
+    """One line of the frame ledger."""
+
+    frame: int
+    file: Text = ""
+    time_s: Number = None
+    u_mm: Number = None
+    status: Text = "ok"
+    reason: Text = ""
+
+    @property
+    def used(self) -> bool:
+        """Whether the frame went through."""
+        return self.status == "ok"
+
+
+class CalibrationEntry(_Entry):
+    """How pixels became millimetres."""
+
+    method: Text = ""
+    mm_per_px: Number = None
+    scale_std: Number = None
+    residual_px: Number = None
+
+
+class RunRecord(_Entry):
+    """run.json: versions, settings, inputs, timings, frames."""
+
+    ploughval: Text = ""
+    test: Text = ""
+    folder: Text = ""
+    settings: dict[str, Any] = {}
+    settings_hash: Text = ""
+    versions: dict[str, Text] = {}
+    inputs: dict[str, Text] = {}
+    timings_s: dict[str, Number] = {}
+    steps: tuple[str, ...] = ()
+    frames: tuple[FrameEntry, ...] = ()
+    calibration: CalibrationEntry | None = None
+    faults: tuple[Text, ...] = ()
+    warnings: tuple[Text, ...] = ()
+
+
+class MetricEntry(_Entry):
+    """One metric of metrics.json; None is a value that could not be had."""
+
+    unit: Text = ""
+    experiment: Number = None
+    experiment_std: Number = None
+    model: Number = None
+    model_std: Number = None
+    error: Number = None
+    validation_std: Number = None
+    agrees: bool | None = None
+    note: Text = ""
+
+
+class MetricsRecord(_Entry):
+    """metrics.json."""
+
+    test: Text = ""
+    metrics: dict[str, MetricEntry] = {}
+    warnings: tuple[Text, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """The files of one result folder; None where a file is not there."""
+
+    folder: Path
+    run: RunRecord
+    metrics: MetricsRecord | None
+    force: pd.DataFrame | None
+    tracks: xr.Dataset | None
+    layers: pd.DataFrame | None
+    surface: pd.DataFrame | None
+    bands: pd.DataFrame | None
+    increments: pd.DataFrame | None
+    budget: pd.DataFrame | None
+    mobilised: pd.DataFrame | None
+    blade: pd.DataFrame | None
+    peaks: pd.DataFrame | None
+    model_force: pd.DataFrame | None
+    model_layers: pd.DataFrame | None
+    model_bands: pd.DataFrame | None
+    model_surface: pd.DataFrame | None
+
+    @property
+    def name(self) -> str:
+        """The test's name, or the folder's where no file gives one."""
+        from_metrics = self.metrics.test if self.metrics is not None else ""
+        return self.run.test or from_metrics or self.folder.resolve().name
+
+    @property
+    def depth_mm(self) -> float | None:
+        """Depth of the blade, mm."""
+        return _positive(self.setting("blade", "depth_mm"))
+
+    @property
+    def P0_N(self) -> float | None:
+        """Divisor of forces: the model's first peak, else its first force, else the experiment's."""
+        peak = self.metric("first_peak_N")
+        first = None
+        if self.model_force is not None and len(self.model_force):
+            first = float(self.model_force["force_N"].iloc[0])
+        candidates = (peak.model if peak else None, first, peak.experiment if peak else None)
+        return next((value for value in map(_positive, candidates) if value is not None), None)
+
+    def metric(self, name: str) -> MetricEntry | None:
+        """A metric by its name, or None."""
+        return None if self.metrics is None else self.metrics.metrics.get(name)
+
+    def setting(self, *keys: str) -> Any:
+        """A value of the settings by its table and key, or None."""
+        value: Any = self.run.settings
+        for key in keys:
+            value = value.get(key) if isinstance(value, dict) else None
+        return value
+
+
+def _positive(value: object) -> float | None:
+    good = isinstance(value, int | float) and math.isfinite(value) and value > 0
+    return float(value) if good else None  # type: ignore[arg-type]
+
+
+def read_results(folder: Path | str) -> Results:
+    """Read a result folder, or the ``results`` of a test folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        Folder with the files of a run; none of them is required, but at least one must be there.
+
+    Returns
+    -------
+    Results
+
+    Raises
+    ------
+    DataError
+        No result file at all, or one that cannot be read: file, what was expected, what to do.
+    """
+    folder = _with_files(Path(folder))
+    record = _record(folder / "run.json", RunRecord)
+    return Results(
+        folder=folder,
+        run=RunRecord() if record is None else record,
+        metrics=_record(folder / "metrics.json", MetricsRecord),
+        force=_table(folder / "force.csv", FORCE_COLUMNS),
+        tracks=_tracks(folder / "tracks.nc"),
+        layers=_table(folder / "layers.csv", LAYER_COLUMNS),
+        surface=_table(folder / "surface.csv", SURFACE_COLUMNS),
+        bands=_table(folder / "bands.csv", BAND_COLUMNS),
+        increments=_table(folder / "increments.csv", INCREMENT_COLUMNS),
+        budget=_table(folder / "budget.csv", BUDGET_COLUMNS),
+        mobilised=_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
+        blade=_table(folder / "blade.csv", BLADE_COLUMNS),
+        peaks=_table(folder / "peaks.csv", PEAK_COLUMNS),
+        model_force=_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS),
+        model_layers=_table(folder / "model" / "layers.csv", LAYER_COLUMNS),
+        model_bands=_table(folder / "model" / "bands.csv", BAND_COLUMNS),
+        model_surface=_table(folder / "model" / "surface.csv", SURFACE_COLUMNS),
+    )
+
+
+_REMEDY = "Write it anew with: ploughval process"
+_KNOWN = (
+    "run.json",
+    "metrics.json",
+    "force.csv",
+    "tracks.nc",
+    "layers.csv",
+    "surface.csv",
+    "model/force.csv",
+)
+
+
+def _with_files(folder: Path) -> Path:
+    for candidate in (folder, folder / "results"):
+        if any((candidate / name).is_file() for name in _KNOWN):
+            return candidate
+    what = "no result files here" if folder.is_dir() else "not a folder"
+    raise DataError(
+        f"{what}; expected a result folder with at least one of {', '.join(_KNOWN)}. "
+        "Make one with: ploughval process FOLDER",
+        path=folder,
+    )
+
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def _record(path: Path, kind: type[M]) -> M | None:
+    if not path.is_file():
+        return None
+    try:
+        return kind.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        shown = repr(first["input"])[:80]
+        raise DataError(f"{place}: got {shown}; {first['msg']}. {_REMEDY}", path=path) from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise DataError(f"not readable as JSON: {error}. {_REMEDY}", path=path) from None
+
+
+def _table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
+    if not path.is_file():
+        return None
+    try:
+        table = pd.read_csv(path)
+    except (OSError, ValueError, pd.errors.ParserError) as error:
+        raise DataError(f"not readable as CSV: {error}. {_REMEDY}", path=path) from None
+    missing = [name for name in columns if name not in table]
+    if missing:
+        raise DataError(
+            f"columns {', '.join(missing)} are missing; expected {', '.join(columns)}. {_REMEDY}", path=path
+        )
+    for name in columns:
+        if name in _WORDS:
+            table[name] = table[name].astype("object").where(table[name].notna(), "").astype(str)
+            continue
+        numbers = pd.to_numeric(table[name], errors="coerce")
+        wrong = numbers.isna() & table[name].notna()
+        if wrong.any():
+            row = int(wrong.to_numpy().argmax())
+            raise DataError(
+                f"line {row + 2}, {name}: got {table[name].iloc[row]!r}; expected a number. {_REMEDY}",
+                path=path,
+            )
+        table[name] = numbers.astype(float)
+    return table
+
+
+_WORDS = {"status", "source", "kind", "unit"}
+
+
+def _tracks(path: Path) -> xr.Dataset | None:
+    if not path.is_file():
+        return None
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
+            tracks = stored.load()
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"not readable as netCDF: {error}. {_REMEDY}", path=path) from None
+    missing = [name for name in TRACK_VARIABLES if name not in tracks]
+    if missing:
+        raise DataError(f"variables {', '.join(missing)} are missing. {_REMEDY}", path=path)
+    return tracks

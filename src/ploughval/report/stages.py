@@ -1,0 +1,122 @@
+"""The stages of a test that are shown, and the chapter that shows its layers at them."""
+
+import numpy as np
+import pandas as pd
+
+from ploughval.report.blocks import Chapter, Pen
+from ploughval.report.figures import Side, layers_figure
+from ploughval.report.figures.layers import Extent, stage
+from ploughval.report.photographs import Photographs
+from ploughval.report.results import Results
+
+# Pixels of photograph on the whole page: noise-like sand costs about a third of a byte each.
+PHOTO_PIXELS = 4_000_000
+
+
+def stage_frames(results: Results) -> list[int]:
+    """Frames nearest to equal steps of displacement, the last included, that show something."""
+    places = pd.concat(
+        [
+            table.loc[table["u_mm"].notna() & table["x_mm"].notna(), ["frame", "u_mm"]]
+            for table in (results.layers, results.model_layers, results.surface)
+            if table is not None
+        ]
+        or [_track_frames(results)]
+    ).drop_duplicates("frame")
+    places = places[places["u_mm"] > 0]
+    if places.empty:
+        return []
+    count = int(results.setting("report", "frames_shown") or 4)
+    u = places["u_mm"].to_numpy(float)
+    wanted = u.max() * np.arange(1, count + 1) / count
+    nearest = {int(places["frame"].iloc[int(np.argmin(np.abs(u - place)))]) for place in wanted}
+    return sorted(nearest)
+
+
+def _track_frames(results: Results) -> pd.DataFrame:
+    if results.tracks is None:
+        return pd.DataFrame({"frame": [], "u_mm": []})
+    seen = np.isfinite(results.tracks["x_mm"].to_numpy()).any(axis=1)
+    return pd.DataFrame(
+        {"frame": results.tracks["frame"].to_numpy()[seen], "u_mm": results.tracks["u_mm"].to_numpy()[seen]}
+    )
+
+
+def view(results: Results) -> Extent:
+    """Part of the world that shows the blade, the bands and the heap at every stage: x0, x1, y0, y1 in mm."""
+    lines = [t for t in (results.layers, results.model_layers, results.surface) if t is not None and len(t)]
+    if lines:
+        x = np.concatenate([table["x_mm"].to_numpy(float) for table in lines])
+        y = np.concatenate([table["y_mm"].to_numpy(float) for table in lines])
+        u = max(float(table["u_mm"].max()) for table in lines)
+    elif results.tracks is not None:
+        x, y = (results.tracks[name].to_numpy().ravel() for name in ("x_mm", "y_mm"))
+        u = float(np.nanmax(results.tracks["u_mm"].to_numpy()))
+    else:
+        x, y, u = np.array([0.0, 100.0]), np.array([0.0, 30.0]), 0.0
+    depth = results.depth_mm or max(float(np.nanmax(y)), 1.0)
+    reach = [u + 2 * depth]
+    for bands in (results.bands, results.model_bands):
+        if bands is not None and bands["outcrop_x_mm"].notna().any():
+            reach.append(float(bands["outcrop_x_mm"].max()) + depth / 2)
+    thickness = float(results.setting("blade", "thickness_mm") or 5.0)
+    far = max(u + depth, min(max(reach), float(np.nanmax(x))))
+    top = max(depth, float(np.nanmax(y[x <= far], initial=depth)))
+    return (-thickness - 0.1 * depth, far, -0.3 * depth, top + 0.35 * depth)
+
+
+def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Deformed layers, predicted above measured, over the photograph where it can be read."""
+    if results.layers is None and results.model_layers is None:
+        if results.surface is None:
+            return None
+        title, lead = "Free surface", ""
+    else:
+        title = "Deformed layers"
+        lead = (
+            "Lines that were level before the blade moved. Dotted lines follow dyed sand, full lines "
+            "tracked points."
+        )
+    frames = stage_frames(results)
+    if not frames:
+        return Chapter("layers", title, notes=("No stage after the blade moved has a line to show.",))
+    photographs = Photographs(results) if results.run.frames else None
+    extent = view(results)
+    aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
+    width = int(min(900, (PHOTO_PIXELS / len(frames) / aspect) ** 0.5))
+    drawings, unread = [], []
+    for frame in frames:
+        picture = None if photographs is None else photographs.picture(frame, extent, width=width)
+        if photographs is not None and picture is None and not photographs.missing:
+            unread.append(frame)
+        measured = Side(stage(results.layers, frame), stage(results.surface, frame), results.bands, picture)
+        predicted = Side(
+            stage(results.model_layers, frame), stage(results.model_surface, frame), results.model_bands
+        )
+        u = _displacement(results, frame)
+        figure = layers_figure(
+            predicted,
+            measured,
+            u_mm=u,
+            depth_mm=results.depth_mm or extent[3],
+            extent=extent,
+            thickness_mm=float(results.setting("blade", "thickness_mm") or 5.0),
+        )
+        drawings.append(
+            pen.draw(
+                figure,
+                f"Tracer layers at u = {u:.1f} mm: predicted above, measured below.",
+                f"Frame {frame}, u = {u:.1f} mm.",
+            )
+        )
+    notes = [photographs.missing] if photographs is not None and photographs.missing else []
+    notes += [f"The photograph of frame {frame} is not shown: it cannot be read." for frame in unread]
+    return Chapter("layers", title, lead=lead, grid=drawings, notes=notes)
+
+
+def _displacement(results: Results, frame: int) -> float:
+    for table in (results.layers, results.model_layers, results.surface):
+        rows = stage(table, frame)
+        if rows is not None and rows["u_mm"].notna().any():
+            return float(rows["u_mm"].dropna().iloc[0])
+    return float("nan")

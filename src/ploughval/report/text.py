@@ -1,0 +1,87 @@
+"""Numbers and names as people read them: significant digits of an uncertainty, units, labels."""
+
+import math
+import re
+
+MISSING = "–"
+_UNIT_NAMES = {
+    "degree": "°",
+    "deg": "°",
+    "1": "",
+    "N m": "N m",
+    "mm^2": "mm²",
+    "kN/m^3": "kN/m³",
+    "mm2": "mm²",
+    "kN_m3": "kN/m³",
+}
+_ENDINGS = ("_kN_m3", "_N_m", "_Nm", "_mm2", "_mm", "_deg", "_mJ", "_px", "_N", "_s")
+_WORDS = {"u": "u", "std": "standard uncertainty", "rms": "RMS", "P0": "P₀", "beta": "β", "phi": "φ"}
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number to so many significant digits, without powers of ten where that can be helped.
+
+    >>> number(1234.56), number(0.00012345), number(None), number(float("nan"))
+    ('1235', '0.0001234', '–', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if size < -5 or size > 8:
+        return _minus(f"{value:.{digits - 1}e}")
+    return _minus(f"{value:.{max(0, digits - 1 - size)}f}")
+
+
+def with_std(value: float | None, std: float | None) -> str:
+    """A value and its standard uncertainty, both to the second digit of the uncertainty.
+
+    >>> with_std(12.34567, 0.0234), with_std(54.35, None), with_std(None, 0.1), with_std(-1871.3, 40.2)
+    ('12.346 ± 0.023', '54.35', '–', '−1871 ± 40')
+    """
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if std is None or not math.isfinite(std) or std <= 0:
+        return number(value)
+    places = max(0, 1 - math.floor(math.log10(std)))
+    if places > 9:
+        return f"{number(value, 6)} ± {number(std, 2)}"
+    return _minus(f"{value:.{places}f} ± {std:.{places}f}")
+
+
+def unit(name: str) -> str:
+    """A unit as it is printed.
+
+    >>> unit("degree"), unit("mm"), unit("1")
+    ('°', 'mm', '')
+    """
+    return _UNIT_NAMES.get(name, name)
+
+
+def label(name: str) -> str:
+    """A column or metric name as words, without its unit.
+
+    >>> label("first_peak_N"), label("outcrop_x_mm"), label("area_validation_P0")
+    ('First peak', 'Outcrop x', 'Area validation P₀')
+    """
+    for ending in _ENDINGS:
+        if name.endswith(ending) and len(name) > len(ending):
+            name = name.removesuffix(ending)
+            break
+    words = [_WORDS.get(word, word) for word in re.split(r"[_\s]+", name) if word]
+    text = " ".join(words)
+    return text[:1].upper() + text[1:] if text and text[:2] not in ("β", "u ") else text
+
+
+def slug(name: str) -> str:
+    """A name as an id of the page: letters, digits and dashes.
+
+    >>> slug("Band 1 / β")
+    'band-1'
+    """
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "x"
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−") if "e" not in text else text

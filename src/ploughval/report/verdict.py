@@ -1,0 +1,129 @@
+"""The head of a page: how well the model agrees, in one line, in tiles and in a table."""
+
+from collections.abc import Mapping
+
+from ploughval.report.blocks import Cell, Chapter, Pen, Table, Tile
+from ploughval.report.figures import agreement_figure
+from ploughval.report.results import MetricEntry, Results
+from ploughval.report.text import label, number, unit, with_std
+
+HEAD = ("Metric", "Unit", "Experiment ± std", "Model ± std", "Error E", "2 u_val", "Agrees", "Note")
+
+
+def verdict(results: Results) -> str:
+    """One line: what agrees, or why nothing can be said."""
+    lost = [entry for entry in results.run.frames if not entry.used]
+    tail = f" {len(lost)} of {len(results.run.frames)} photographs were lost." if lost else ""
+    if results.metrics is None or not results.metrics.metrics:
+        if results.model_force is None:
+            return f"Measured only: no model was run for this test.{tail}"
+        if results.force is None and results.tracks is None:
+            return "Predicted only: there is no measurement to compare the model with."
+        return f"The model was run, but no comparison is in this folder.{tail}"
+    agree, differ, unknown = counts(results.metrics.metrics)
+    known = agree + differ
+    if not known:
+        return f"No metric can be judged: an uncertainty or a value is missing for each of {unknown}.{tail}"
+    word = "The model agrees" if not differ else f"The model agrees on {agree} of {known} metrics"
+    if not differ:
+        word += (
+            f" on all {known} metrics that can be judged"
+            if known > 1
+            else " on the one metric that can be judged"
+        )
+    left = f"; {unknown} cannot be judged" if unknown else ""
+    return f"{word} within twice the validation uncertainty{left}.{tail}"
+
+
+def counts(metrics: Mapping[str, MetricEntry]) -> tuple[int, int, int]:
+    """How many metrics agree, differ and cannot be judged."""
+    answers = [metric.agrees for metric in metrics.values()]
+    return answers.count(True), answers.count(False), answers.count(None)
+
+
+def tiles(results: Results) -> list[Tile]:
+    """The summary in a few large numbers."""
+    found: list[Tile] = []
+    if results.metrics is not None and results.metrics.metrics:
+        agree, differ, unknown = counts(results.metrics.metrics)
+        detail = f"{unknown} not judged" if unknown else "within 2 u_val"
+        found.append(Tile("metrics agree", f"{agree} / {agree + differ}", detail))
+    peak = results.metric("first_peak_N")
+    if peak is not None and peak.experiment is not None:
+        predicted = f"model {number(peak.model, 3)} {peak.unit}" if peak.model is not None else ""
+        found.append(
+            Tile("first peak of force", f"{number(peak.experiment, 3)} {peak.unit or 'N'}", predicted)
+        )
+    travel = _travel_mm(results)
+    depth = results.depth_mm
+    if travel is not None:
+        detail = f"{travel / depth:.2f} d, d = {number(depth, 3)} mm" if depth else ""
+        found.append(Tile("travel of the blade", f"{number(travel, 3)} mm", detail))
+    if results.bands is not None:
+        predicted = "" if results.model_bands is None else f"model {len(results.model_bands)}"
+        found.append(Tile("shear bands", str(len(results.bands)), predicted))
+    if results.run.frames:
+        used = sum(entry.used for entry in results.run.frames)
+        detail = "" if results.tracks is None else f"{results.tracks.sizes['point']} points followed"
+        found.append(Tile("photographs used", f"{used} / {len(results.run.frames)}", detail))
+    return found
+
+
+def _travel_mm(results: Results) -> float | None:
+    for table in (results.force, results.layers, results.model_force):
+        if table is not None and table["u_mm"].notna().any():
+            return float(table["u_mm"].max())
+    return None
+
+
+def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """The table of metrics, and their errors in validation uncertainties."""
+    if results.metrics is None or not results.metrics.metrics:
+        return None
+    metrics = results.metrics.metrics
+    judged = [
+        (label(name), metric.error / metric.validation_std)
+        for name, metric in metrics.items()
+        if metric.error is not None and metric.validation_std
+    ]
+    drawings = []
+    if judged:
+        names, ratios = zip(*judged, strict=True)
+        outside = [name for name, ratio in judged if abs(ratio) > 2]
+        said = (
+            f"Outside two validation uncertainties: {', '.join(outside)}."
+            if outside
+            else "All are within two."
+        )
+        drawings.append(
+            pen.draw(
+                agreement_figure(names, ratios),
+                f"Errors of {len(judged)} metrics in units of their validation uncertainty. {said}",
+                f"Errors in units of the validation uncertainty. {said}",
+            )
+        )
+    return Chapter(
+        key="agreement",
+        title="Agreement",
+        lead="E is model minus experiment; u_val gathers the standard uncertainties of experiment, "
+        "input and numerics. Where |E| is at most 2 u_val, model and experiment agree as far as can be told.",
+        drawings=drawings,
+        tables=[Table("Metrics", HEAD, [_row(name, metric) for name, metric in metrics.items()], cards=True)],
+        notes=[text for text in results.metrics.warnings if text not in results.run.warnings],
+    )
+
+
+def _row(name: str, metric: MetricEntry) -> list[Cell]:
+    twice = None if metric.validation_std is None else 2 * metric.validation_std
+    words = {True: ("yes", "agrees"), False: ("no", "differs"), None: ("unknown", "unknown")}
+    word, mark = words[metric.agrees]
+    return [
+        Cell(label(name)),
+        Cell(unit(metric.unit)),
+        Cell(with_std(metric.experiment, metric.experiment_std), metric.experiment),
+        Cell(with_std(metric.model, metric.model_std), metric.model),
+        Cell(number(metric.error, 3), metric.error),
+        Cell(number(twice, 3), twice),
+        Cell(word, mark=mark),
+        Cell(metric.note),
+    ]

@@ -1,0 +1,234 @@
+"""Plot functions: Figures whose data are the tables they were given, and that leave no trace behind."""
+
+import re
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from ploughval.report import figures
+from ploughval.report.figures.field import increment
+from ploughval.report.figures.force import thin
+from ploughval.report.figures.series import History
+from ploughval.report.figures.style import THEMED, to_svg
+from ploughval.report.photographs import eight_bit, world_picture
+from ploughval.report.results import read_results
+from ploughval.report.stages import stage_frames, view
+
+
+@pytest.fixture(scope="module")
+def results(result_folder):
+    return read_results(result_folder)
+
+
+def line(axes, label):
+    return next(item for item in axes.lines if item.get_label() == label)
+
+
+def test_force_figure_draws_both_histories_divided_by_the_same_force(results):
+    figure = figures.force_figure(results.force, results.model_force, depth_mm=30.0, P0_N=12.0)
+    axes = figure.axes[0]
+    for label, table in (("measured", results.force), ("predicted", results.model_force)):
+        x, y = line(axes, label).get_data()
+        np.testing.assert_allclose(x, table["u_mm"] / 30.0, rtol=1e-12)
+        np.testing.assert_allclose(y, table["force_N"] / 12.0, rtol=1e-12)
+    edge = axes.collections[0].get_paths()[0].vertices[:, 1]
+    highest = (results.force["force_N"] + 2 * results.force["force_std_N"]).max() / 12.0
+    assert edge.max() == pytest.approx(highest, rel=1e-12)
+
+
+def test_band_starts_stand_where_the_bands_start(results):
+    figure = figures.force_figure(
+        results.force, None, depth_mm=30.0, P0_N=12.0, bands=results.bands, model_bands=results.model_bands
+    )
+    axes = figure.axes[0]
+    np.testing.assert_allclose(line(axes, "band starts, measured").get_xdata(), [0.0, 40.0 / 30.0])
+    np.testing.assert_allclose(line(axes, "band starts, predicted").get_xdata(), [4.0 / 30.0, 44.0 / 30.0])
+
+
+def test_thinned_history_keeps_extremes_and_order():
+    u = np.linspace(0, 10, 100_001)
+    table = pd.DataFrame({"u_mm": u, "force_N": np.sin(40 * u)})
+    table.loc[61_234, "force_N"] = 9.0
+    table.loc[61_300, "force_N"] = -9.0
+    kept = thin(table, "force_N")
+    assert len(kept) <= 4002
+    assert kept["force_N"].max() == 9.0
+    assert kept["force_N"].min() == -9.0
+    assert kept["u_mm"].is_monotonic_increasing
+    assert kept["u_mm"].iloc[[0, -1]].tolist() == [0.0, 10.0]
+
+
+def test_band_bars_follow_a_fixed_outcrop(results):
+    figure = figures.bands_figure(results.bands, results.increments, model_force=results.model_force)
+    above, below = figure.axes
+    spread = above.collections[0].get_paths()[0].vertices[:, 1]
+    assert (spread.min(), spread.max()) == pytest.approx((150 - 1.6, 150 + 1.6))
+    middle = below.collections[0].get_paths()[0].vertices
+    at_end = middle[np.isclose(middle[:, 0], 40.0), 1]
+    # the outcrop stays at x = 150, 30 above the tip, while the tip has come to u = 40
+    assert at_end.min() == pytest.approx(np.degrees(np.arctan2(30, 110)) - 0.8, abs=1e-9)
+    points = above.containers[0].lines[0]
+    np.testing.assert_allclose(points.get_ydata(orig=False), results.increments["outcrop_x_mm"])
+
+
+def test_layers_figure_puts_prediction_above_measurement_on_the_same_axes(results):
+    frame = stage_frames(results)[-1]
+    cut = lambda table: table[table["frame"] == frame]  # noqa: E731
+    predicted = figures.Side(cut(results.model_layers), None, results.model_bands)
+    measured = figures.Side(cut(results.layers), cut(results.surface), results.bands)
+    extent = view(results)
+    figure = figures.layers_figure(predicted, measured, u_mm=60.0, depth_mm=30.0, extent=extent)
+    top, bottom = figure.axes
+    assert top.get_xlim() == bottom.get_xlim() == extent[:2]
+    assert top.get_ylim() == bottom.get_ylim() == extent[2:]
+    drawn = {tuple(item.get_ydata()) for item in top.lines}
+    for _, rows in cut(results.model_layers).groupby("layer"):
+        assert tuple(rows["y_mm"]) in drawn
+    drawn = {tuple(item.get_ydata()) for item in bottom.lines}
+    for table in (results.layers, results.model_layers):
+        for _, rows in cut(table).groupby("layer"):
+            assert tuple(rows["y_mm"]) in drawn
+
+
+def test_active_band_runs_from_the_tip_to_its_outcrop(results):
+    measured = figures.Side(results.layers[results.layers["frame"] == 6], None, results.bands)
+    figure = figures.layers_figure(
+        figures.Side(), measured, u_mm=30.0, depth_mm=30.0, extent=(-5.0, 200.0, -8.0, 60.0)
+    )
+    ends = [item.get_xydata() for item in figure.axes[0].lines if len(item.get_xydata()) == 2]
+    assert len(ends) == 1
+    np.testing.assert_allclose(ends[0], [[30.0, 0.0], [150.0, 30.0]], atol=1e-9)
+
+
+def test_field_figure_colours_points_by_displacement_per_millimetre_of_blade(results):
+    tracks = results.tracks
+    position, moved = increment(tracks, 2, 4)
+    beta = np.arctan2(30.0, 150.0)
+    figure = figures.field_figure(tracks, 2, 4, extent=view(results))
+    shown = figure.axes[0].collections[0]
+    np.testing.assert_allclose(shown.get_offsets(), position)
+    rate = np.unique(np.round(shown.get_array(), 9))
+    np.testing.assert_allclose(rate, [0.0, 1 / np.cos(beta)], atol=1e-9)
+    assert np.hypot(*moved.T).max() == pytest.approx(10.0 / np.cos(beta))
+
+
+def test_field_leaves_out_points_lost_in_either_row(results):
+    tracks = results.tracks.copy(deep=True)
+    tracks["x_mm"][4, 7] = np.nan
+    tracks["y_mm"][4, 7] = np.nan
+    assert len(increment(tracks, 2, 4)[0]) == tracks.sizes["point"] - 1
+
+
+def test_mobilised_figure_draws_each_band_and_the_assumed_softening(results):
+    figure = figures.mobilised_figure(
+        results.mobilised, peak_deg=50.0, residual_deg=32.0, mobilization_length_mm=1.0
+    )
+    axes = figure.axes[0]
+    for container, (_, rows) in zip(axes.containers, results.mobilised.groupby("band"), strict=True):
+        np.testing.assert_allclose(container.lines[0].get_ydata(orig=False), rows["phi_deg"])
+    x, y = line(axes, "assumed by the model").get_data()
+    np.testing.assert_allclose((x[:2], y[:2]), ([0, 1], [50, 32]))
+
+
+def test_budget_bars_are_the_shares(results):
+    axes = figures.budget_figure(results.budget).axes[0]
+    widths = sorted(patch.get_width() for patch in axes.patches)
+    np.testing.assert_allclose(widths, sorted(100 * results.budget["share"]))
+
+
+def test_other_figures_hold_their_data(results):
+    gap = figures.blade_figure(results.blade).axes[0].containers[0].lines[0].get_ydata(orig=False)
+    np.testing.assert_allclose(gap, 0.02, atol=1e-12)
+    arm = line(figures.arm_figure(results.force, depth_mm=30.0).axes[0], "measured").get_ydata()
+    np.testing.assert_allclose(arm, results.force["arm_mm"])
+    history = History("a", 30.0, 12.0, results.force, None)
+    y = figures.forces_figure([history]).axes[0].lines[0].get_ydata(orig=False)
+    np.testing.assert_allclose(y, results.force["force_N"] / 12.0)
+    axes = figures.agreement_figure(["near", "far"], [1.5, 25.0]).axes[0]
+    assert [list(item.get_xdata()) for item in axes.lines[1:] if len(item.get_xdata())] == [[1.5], [8.0]]
+
+
+class Turned:
+    """A calibration that mirrors, turns and scales: px = origin + A mm."""
+
+    matrix = np.array([[-6.0, 1.2], [-1.2, -6.0]])
+    origin = np.array([520.0, 330.0])
+
+    def to_px(self, mm):
+        return self.origin + np.asarray(mm) @ self.matrix.T
+
+
+def test_world_picture_undoes_mirror_and_turn():
+    # Greys are linear in world x, so every pixel of the picture must hold its own x (rounding: half a level
+    # from the 8-bit source, half from the resampled result).
+    calibration = Turned()
+    rows, columns = np.mgrid[0:400, 0:600]
+    world = (np.stack([columns, rows], axis=-1) - calibration.origin) @ np.linalg.inv(calibration.matrix).T
+    image = np.round(60 + world[..., 0]).astype(np.uint8)
+    extent = (5.0, 55.0, 2.0, 32.0)
+    picture = world_picture(image, calibration, extent, width=200)
+    low, high = np.percentile(image[::4, ::4], (0.5, 99.5))
+    x = 5.0 + (np.arange(200) + 0.5) * 50.0 / 200
+    expected = np.clip((60 + x - low) / (high - low), 0, 1) * 255
+    assert picture.grey.shape == (120, 200)
+    assert np.abs(picture.grey - expected).max() <= 255 / (high - low) + 2
+
+
+def test_sixteen_bit_greys_are_stretched_not_cut():
+    ramp = np.tile(np.linspace(1000, 41000, 400).astype(np.uint16), (40, 1))
+    grey = eight_bit(ramp)
+    assert grey.dtype == np.uint8
+    assert grey.min() == 0
+    assert grey.max() == 255
+    assert (np.diff(grey[0].astype(int)) >= 0).all()
+
+
+def test_preview_shows_points_layers_and_tip_where_they_are():
+    image = np.random.default_rng(0).integers(0, 255, (300, 400), dtype=np.uint8)
+    calibration, points = Turned(), np.array([[100.0, 200.0], [150.0, 220.0]])
+    sand = np.zeros(image.shape, bool)
+    sand[150:] = True
+    figure = figures.preview_figure(
+        image,
+        calibration,
+        points,
+        [5.0, 10.0],
+        np.array([[0.0, 30.0], [40.0, 30.0]]),
+        sand=sand,
+        extent_x_mm=40.0,
+    )
+    axes = figure.axes[0]
+    np.testing.assert_allclose(line(axes, "2 points to track").get_xydata(), points)
+    np.testing.assert_allclose(line(axes, "tip of the blade").get_xydata(), [calibration.origin])
+    layer = line(axes, "layers").get_xydata()
+    np.testing.assert_allclose(layer[[0, -1]], calibration.to_px([[0.0, 5.0], [40.0, 5.0]]))
+    outline = np.vstack([path.vertices for path in axes.collections[0].get_paths()])
+    np.testing.assert_allclose(outline[:, 1], 149.5)
+
+
+def test_svg_is_self_contained_prefixed_themed_and_repeatable(results):
+    svg = [
+        to_svg(figures.arm_figure(results.force, depth_mm=30.0), "k7", 'a "quoted" <alt>') for _ in range(2)
+    ]
+    assert svg[0] == svg[1]
+    assert "http" not in svg[0]
+    assert 'aria-label="a &quot;quoted&quot; &lt;alt&gt;"' in svg[0]
+    assert all(name.startswith("k7-") for name in re.findall(r'\bid="([^"]+)"', svg[0]))
+    assert "var(--measured)" in svg[0]
+    assert not any(colour in svg[0] for colour in THEMED)
+
+
+def test_plotting_leaves_matplotlib_as_it_was(results):
+    before = dict(mpl.rcParams)
+    figure = figures.force_figure(results.force, results.model_force)
+    to_svg(figure, "a", "b")
+    assert isinstance(figure, Figure)
+    assert dict(mpl.rcParams) == before
+
+
+def test_stages_are_spread_over_the_travel_and_end_with_it(results):
+    # 13 frames 5 mm apart, frame 5 without layers: quarters of 60 mm are frames 3, 6, 9 and 12
+    assert stage_frames(results) == [3, 6, 9, 12]
