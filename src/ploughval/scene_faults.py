@@ -1,0 +1,269 @@
+"""What is wrong with a test.toml, in words: unknown keys, wrong units, impossible values, missing files."""
+
+import difflib
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from ploughval.errors import Fault
+
+Values = Mapping[str, Any]
+Location = tuple[int | str, ...]
+
+_EXPECTED = {
+    "greater_than": "more than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "text in quotes",
+    "string_too_short": "text that is not empty",
+    "string_too_long": "at most {max_length} characters",
+    "tuple_type": "a list in brackets",
+    "too_long": "{max_length} values",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "literal_error": "{expected}",
+    "enum": "{expected}",
+}
+# factor to the unit that ploughval uses, by ending of the key
+_UNITS = {
+    "mm": {"um": 1e-3, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "inch": 25.4},
+    "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "deg": {"rad": 57.29577951308232, "degrees": 1.0},
+    "mm_s": {"um_s": 1e-3, "cm_s": 10.0, "m_s": 1e3, "mm_min": 1 / 60, "cm_min": 1 / 6, "m_min": 1000 / 60},
+    "kN_m3": {"N_m3": 1e-3, "kg_m3": 9.80665e-3, "g_cm3": 9.80665, "t_m3": 9.80665, "MN_m3": 1e3},
+    "per_px": {"per_pixel": 1.0},
+    "Nm_per_unit": {"Nmm_per_unit": 1e-3, "kNm_per_unit": 1e3},
+}
+
+
+def number(values: Values, key: str, default: float | None = None) -> float | None:
+    """A finite number of a table, or None where there is none."""
+    value = values.get(key, default)
+    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if usable and value is not None else None
+
+
+def table_of(annotation: Any) -> type[BaseModel] | None:
+    """The table that a field holds, or may hold; None for a plain value."""
+    kinds = [annotation, *get_args(annotation)]
+    return next((k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)), None)
+
+
+def known_keys(model: type[BaseModel]) -> list[str]:
+    """Keys that a user may write in a table."""
+    return [name for name, field in model.model_fields.items() if not field.exclude]
+
+
+def rename_keys(model: type[BaseModel], data: Values, place: str = "") -> tuple[dict[str, Any], list[Fault]]:
+    """Find unknown keys and guess what was meant.
+
+    Returns
+    -------
+    dict
+        The data with the guessed names, so that the rest can be judged at the same time.
+    list of Fault
+        One for each unknown key.
+    """
+    keys = known_keys(model)
+    repaired: dict[str, Any] = {}
+    faults: list[Fault] = []
+    for key in data:
+        value = data[key]
+        if key in keys:
+            table = table_of(model.model_fields[key].annotation)
+            if table is not None and isinstance(value, dict):
+                value, inner = rename_keys(table, value, f"{place}{key}.")
+                faults += inner
+            repaired[key] = value
+            continue
+        meant, factor, remedy = _meant(key, keys)
+        faults.append(Fault(f"{place}{key}", _shown(value), _unknown(key, meant), remedy or _where(key)))
+        if meant and meant not in data and meant not in repaired:
+            scalable = factor != 1 and isinstance(value, int | float) and not isinstance(value, bool)
+            again, _ = rename_keys(model, {meant: value * factor if scalable else value}, place)
+            repaired |= again
+            if scalable:
+                faults[-1] = Fault(faults[-1].place, _shown(value), _unknown(key, meant), _converted(again))
+    return repaired, faults
+
+
+def _meant(key: str, keys: list[str]) -> tuple[str, float, str]:
+    """The key that was probably meant, the factor to its unit, and what to do."""
+    for known in keys:
+        for unit, others in _UNITS.items():
+            stem = known.removesuffix(f"_{unit}")
+            if stem == known or not key.lower().startswith(stem.lower()):
+                continue
+            rest = key[len(stem) :].removeprefix("_")
+            if not rest:
+                return known, 1.0, f"Its unit belongs to the name: write {known}."
+            if rest in others:
+                return known, others[rest], f"The unit is {unit}, not {rest}: write {known}."
+    close = difflib.get_close_matches(key.lower(), [k.lower() for k in keys], n=1, cutoff=0.75)
+    known = next((k for k in keys if close and k.lower() == close[0]), "")
+    return known, 1.0, f"Write {known}." if known else ""
+
+
+def _unknown(key: str, meant: str) -> str:
+    return f"{meant}, for there is no key {key}" if meant else "no such key"
+
+
+def _converted(again: Values) -> str:
+    ((key, value),) = again.items()
+    return f"Write {key} = {value:.6g}."
+
+
+def _where(key: str) -> str:
+    return "Remove it or correct its name."
+
+
+def setting_faults(model: type[BaseModel], data: Values, error: ValidationError) -> list[Fault]:
+    """Faults of values, from the validation of `data` by `model`; conflicts of a table are left out."""
+    groups: dict[Location, list[Any]] = {}
+    for item in error.errors(include_url=False):
+        if item["type"] == "value_error":  # a conflict: told by the table's own check
+            continue
+        groups.setdefault(_place(item, data), []).append(item)
+    deeper = {path[:k] for path in groups for k in range(len(path))}
+    return [_fault(model, data, path, items) for path, items in groups.items() if path not in deeper]
+
+
+def _place(item: Any, data: Any) -> Location:
+    """Where an error stands in the data, without the names that pydantic gives to alternatives."""
+    path: list[int | str] = []
+    here = data
+    for part in item["loc"]:
+        inside = part in here if isinstance(here, dict) else isinstance(part, int) and isinstance(here, list)
+        if inside and not (isinstance(here, list) and part >= len(here)):
+            path.append(part)
+            here = here[part]
+    if item["type"] == "missing" and isinstance(item["loc"][-1], str):
+        path.append(item["loc"][-1])
+    return tuple(path)
+
+
+def _fault(model: type[BaseModel], data: Any, path: Location, items: list[Any]) -> Fault:
+    place = ".".join(map(str, path)) or "test.toml"
+    kinds = {item["type"] for item in items}
+    if "missing" in kinds and isinstance(items[0]["loc"][-1], str):
+        return Fault(place, "nothing", "a value", _remedy(model, path))
+    if "missing" in kinds:
+        expected = f"{1 + max(item['loc'][-1] for item in items)} values"
+    else:
+        expected = " or ".join(dict.fromkeys(_expected(item) for item in items))
+    value = _at(data, path)
+    remedy = _remedy(model, path)
+    if isinstance(value, str) and "number" in expected and re.fullmatch(r"\s*[-+0-9.,eE]+\s*", value):
+        remedy = f"Write it without quotes, with a point. {remedy}".strip()
+    return Fault(place, _shown(value), expected, remedy)
+
+
+def _expected(item: Any) -> str:
+    template = _EXPECTED.get(item["type"])
+    if template is None:
+        return str(item["msg"])
+    context = {k: float(v) if k in ("gt", "ge", "lt", "le") else v for k, v in item.get("ctx", {}).items()}
+    return template.format(**context)
+
+
+def _at(data: Any, path: Location) -> Any:
+    for part in path:
+        data = data[part]
+    return data
+
+
+def _remedy(model: type[BaseModel], path: Location) -> str:
+    """What the key at a location means, or what its table needs."""
+    table: type[BaseModel] | None = model
+    key, text = "", ""
+    for part in path:
+        if table is None or part not in table.model_fields:
+            break
+        field = table.model_fields[str(part)]
+        key, text, table = str(part), field.description or "", table_of(field.annotation)
+    if text or table is None or not path:
+        return f"{key}: {text}." if text else ""
+    needs = [name for name, field in table.model_fields.items() if field.is_required()]
+    return f"Add [{'.'.join(map(str, path))}] with {', '.join(needs)}." if needs else ""
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, bool):
+        return str(value).lower()
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def find_files(folder: Path, pattern: str) -> list[Path]:
+    """Files of a folder with that name or, failing that, that match a pattern; sorted by name."""
+    try:
+        if (folder / pattern).is_file():
+            return [folder / pattern]
+        return sorted(p for p in folder.glob(pattern) if p.is_file())
+    except (ValueError, NotImplementedError, OSError):
+        return []
+
+
+def file_faults(data: Values, folder: Path) -> list[Fault]:
+    """Faults of the files and patterns that a test.toml names; values of wrong type are passed over."""
+    faults = []
+    for place, name, is_pattern in _named_files(data):
+        if not name.strip() or "\0" in name or _leaves(name):
+            expected = "a path inside the test folder, with forward slashes"
+            faults.append(
+                Fault(place, _shown(name), expected, "Copy or link the files into the test folder.")
+            )
+        elif not (find_files(folder, name) if is_pattern else (folder / name).is_file()):
+            expected = "at least one file that matches" if is_pattern else "an existing file"
+            faults.append(Fault(place, _shown(name), expected, _near(folder, name)))
+    return faults
+
+
+def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
+    """Place, name and whether it is a pattern, of every file named in the raw settings."""
+    camera, cells = data.get("camera"), data.get("loadcells")
+    if isinstance(camera, dict):
+        board = camera.get("board")
+        yield from _text("camera.photos", camera.get("photos"), is_pattern=True)
+        if camera.get("times") != "exif":
+            yield from _text("camera.times", camera.get("times"))
+        if isinstance(board, dict):
+            yield from _text("camera.board.picture", board.get("picture"))
+    if isinstance(cells, dict):
+        yield from _text("loadcells.log", cells.get("log"))
+        empty = cells.get("empty")
+        for k, name in enumerate(empty if isinstance(empty, list) else []):
+            yield from _text(f"loadcells.empty.{k}", name, is_pattern=True)
+
+
+def _text(place: str, name: Any, *, is_pattern: bool = False) -> Iterator[tuple[str, str, bool]]:
+    if isinstance(name, str):
+        yield place, name, is_pattern
+
+
+def _leaves(name: str) -> bool:
+    windows = PureWindowsPath(name)
+    return bool(PurePosixPath(name).is_absolute() or windows.anchor or ".." in windows.parts or "\\" in name)
+
+
+def _near(folder: Path, name: str) -> str:
+    """What stands where the file was sought."""
+    place = (folder / name).parent
+    place = place if place.is_dir() else folder
+    there = sorted(p.name + "/" * p.is_dir() for p in place.iterdir()) if place.is_dir() else []
+    close = difflib.get_close_matches(Path(name).name, there, n=3, cutoff=0.3) or there[:3]
+    return (
+        f"{place} holds {', '.join(close)}{', ...' if len(there) > len(close) else ''}."
+        if there
+        else (f"{place} holds nothing.")
+    )
