@@ -1,0 +1,143 @@
+"""Shear bands from the motion between photographs: a moving block, still sand, a line through the tip."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ploughval.axes import BAND_COLUMNS, Status
+from ploughval.scene import Scene
+from ploughval.tracers.episodes import Episode, divide
+from ploughval.tracers.line import BandLine, fit_line
+from ploughval.tracers.view import Floats
+
+INCREMENT_COLUMNS = (
+    "frame",
+    "u_mm",
+    "du_mm",
+    "beta_deg",
+    "beta_std_deg",
+    "outcrop_x_mm",
+    "outcrop_std_mm",
+    "slip_mm",
+    "band",
+)
+NO_BAND = -1
+_LEAST_TRAVEL_STDS = 5.0  # travel of an increment, in standard deviations of a point's motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BandFindings:
+    """Shear bands of a test.
+
+    Attributes
+    ----------
+    bands : DataFrame of BAND_COLUMNS
+        One row a band; beta and outcrop are those at its start. Empty without bands.
+    increments : DataFrame
+        INCREMENT_COLUMNS. frame and u_mm are those of the increment's start, beta and outcrop those
+        half-way through it; band is -1 where the increment belongs to none, NaN values could not be had.
+    """
+
+    bands: pd.DataFrame
+    increments: pd.DataFrame
+
+
+def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandFindings:
+    """Shear bands from the increments of motion between successive photographs.
+
+    Parameters
+    ----------
+    tracks : Dataset
+        As in tracks.nc; points whose status is not OK are left out.
+    surface : DataFrame
+        SURFACE_COLUMNS: the free surface, on which a band comes out.
+    scene : Scene
+        [bands] and the depth of the blade.
+
+    Returns
+    -------
+    BandFindings
+    """
+    rows = [_increment(tracks, surface, scene, a, b) for a, b in _pairs(tracks)]
+    table = pd.DataFrame(rows, columns=[*INCREMENT_COLUMNS[:-1], "outcrop_y_mm"])
+    episodes = divide(table, least_slip_mm=scene.bands.min_slip_mm, depth_mm=scene.blade.depth_mm)
+    band = np.full(len(table), NO_BAND)
+    for number, episode in enumerate(episodes):
+        band[episode.rows] = number
+    table["band"] = band
+    bands = pd.DataFrame([_band(k, e, table) for k, e in enumerate(episodes)], columns=list(BAND_COLUMNS))
+    return BandFindings(bands.astype({"band": int}), table[list(INCREMENT_COLUMNS)])
+
+
+def _band(number: int, episode: Episode, table: pd.DataFrame) -> tuple[float, ...]:
+    rows = table.loc[episode.rows]
+    start, end = rows.iloc[0], rows.iloc[-1]
+    return (
+        number,
+        float(start["u_mm"]),
+        float(end["u_mm"] + end["du_mm"]),
+        episode.beta_deg,
+        episode.beta_std_deg,
+        episode.outcrop_x_mm,
+        episode.outcrop_std_mm,
+        float(rows["slip_mm"].sum()),
+    )
+
+
+def _pairs(tracks: xr.Dataset) -> list[tuple[int, int]]:
+    """Successive frames in which blade and points were seen."""
+    seen = np.isfinite(tracks["u_mm"].to_numpy()) & np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
+    frames = np.flatnonzero(seen)
+    return list(zip(frames[:-1].tolist(), frames[1:].tolist(), strict=True))
+
+
+def _increment(
+    tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene, first: int, last: int
+) -> tuple[float, ...]:
+    """One row of the table of increments, and the height of the outcrop."""
+    u0, u1 = (float(tracks["u_mm"].to_numpy()[k]) for k in (first, last))
+    frame = int(tracks["frame"].to_numpy()[first]) if "frame" in tracks.coords else first
+    place, moved, noise = _motion(tracks, first, last)
+    line = None
+    tip = (u0 + u1) / 2
+    ahead = place[:, 0] > tip
+    if u1 - u0 > _LEAST_TRAVEL_STDS * noise and ahead.sum() >= 8:
+        line = fit_line(place[ahead] - [tip, 0.0], moved[ahead, 0] / (u1 - u0), noise / (u1 - u0))
+    if line is None:
+        return (frame, u0, u1 - u0, *[np.nan] * 5, np.nan)
+    x, y, std = _outcrop(surface, frame, tip, line)
+    slip = (u1 - u0) / np.cos(np.radians(line.beta_deg))
+    return (frame, u0, u1 - u0, line.beta_deg, line.std_deg, x, std, slip, y)
+
+
+def _motion(tracks: xr.Dataset, first: int, last: int) -> tuple[Floats, Floats, float]:
+    """Mean places (N, 2), motions (N, 2) and their typical std, mm, of points seen in both frames."""
+    x, y = tracks["x_mm"].to_numpy(), tracks["y_mm"].to_numpy()
+    ok = np.isin(tracks["status"].to_numpy()[[first, last]], (Status.OK, Status.REPLACED)).all(axis=0)
+    before, after = (np.column_stack([x[k], y[k]]) for k in (first, last))
+    good = ok & np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1)
+    before, after = before[good], after[good]
+    std = tracks["std_mm"].to_numpy()[last, good]
+    noise = float(np.nanmedian(std)) * np.sqrt(2) if np.isfinite(std).any() else 0.0
+    return (before + after) / 2, after - before, noise
+
+
+def _outcrop(surface: pd.DataFrame, frame: int, tip: float, line: BandLine) -> tuple[float, float, float]:
+    """Where the line leaves the sand: x, y and std of x, mm; NaN where the surface was not seen."""
+    seen = surface[surface["frame"] == frame].dropna(subset=["x_mm", "y_mm"])
+    x, y = seen["x_mm"].to_numpy(), seen["y_mm"].to_numpy()
+    order = np.argsort(x, kind="stable")
+    x, y = x[order], y[order]
+    slope = np.tan(np.radians(line.beta_deg))
+    over = y - (x - tip) * slope
+    out = np.flatnonzero((over[:-1] >= 0) & (over[1:] < 0) & (x[1:] > tip))
+    if len(out) == 0:
+        return np.nan, np.nan, np.nan
+    k = int(out[0])
+    part = over[k] / (over[k] - over[k + 1])
+    at, height = x[k] + part * (x[k + 1] - x[k]), y[k] + part * (y[k + 1] - y[k])
+    surface_slope = (y[k + 1] - y[k]) / (x[k + 1] - x[k])
+    turn = np.radians(line.std_deg) * (at - tip) * (1 + slope**2)
+    return float(at), float(height), float(turn / max(slope - surface_slope, 0.05))

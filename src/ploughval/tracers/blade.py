@@ -1,0 +1,151 @@
+"""The blade's face in each photograph: its body recognised, its face read at the half-level crossing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from ploughval.scene import Blade
+from ploughval.tracers.view import Floats, Image, View
+
+_BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, their scatter gives the std
+_MARGIN_PX = 2.0  # the face's blur, kept out of the body
+_SIDE_PX = 6  # columns read on either side of the face
+_REACH_PX = 2.5  # the face stands no further from where the body's match puts it
+_LEAST_CONTRAST = 4.0  # of the face against the noise of a block's mean
+_STD_FLOOR_PX = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class BladeSight:
+    """Where the face stands in the view: column and its std, px; NaN where it was not found."""
+
+    column: float
+    std_px: float
+
+
+class BladeFinder:
+    """Finds the blade's face, frame after frame, from what the blade looks like at rest.
+
+    Parameters
+    ----------
+    view : grid of the photographs
+    blade : settings of the blade
+    image : (h, w) float32, the first frame on the grid: the face stands at x = 0
+    """
+
+    def __init__(self, view: View, blade: Blade, image: Image) -> None:
+        self._rows = max(int(view.row(0.0)) - 2, 4)
+        self._rest = float(view.column(0.0))
+        thickness = blade.thickness_mm / view.step_mm
+        margin = min(_MARGIN_PX, thickness / 4)
+        first = max(round(self._rest - thickness + margin), 0)
+        last = max(round(self._rest - margin), first + 1)
+        self._body = slice(first, last)
+        profile = self._profile(image)
+        self._template = profile[:, self._body]
+        self._level = np.median(self._template, axis=1)
+        seen = self._read_face(profile, self._rest)
+        self._offset = seen.column - self._rest if np.isfinite(seen.column) else 0.0
+        self._last, self._step, self._missed = self._rest, np.nan, 0
+
+    @property
+    def first_offset_px(self) -> float:
+        """How far from tip_px the face was seen in the first frame, px along the travel."""
+        return self._offset
+
+    @property
+    def predicted(self) -> float:
+        """Column at which the face is expected in the frame to come."""
+        step = self._step if np.isfinite(self._step) else 0.0
+        return self._last + step * (1 + self._missed)
+
+    def find(self, image: Image) -> BladeSight:
+        """The face in the next frame; columns count from the grid's left, x = 0 where it was at rest."""
+        profile = self._profile(image)
+        seen = self._read_face(profile, self._recognise(profile) + self._offset)
+        column = seen.column - self._offset
+        if not np.isfinite(column):
+            self._missed += 1
+            return seen
+        self._step = (column - self._last) / (1 + self._missed)
+        self._last, self._missed = column, 0
+        return BladeSight(column, seen.std_px)
+
+    def _profile(self, image: Image) -> Floats:
+        """Means over blocks of rows above the tip, (blocks, w)."""
+        starts = np.unique(
+            np.linspace(0, self._rows, min(_BLOCKS, self._rows // 2), endpoint=False).astype(int)
+        )
+        counts = np.diff(np.append(starts, self._rows))
+        return np.add.reduceat(image[: self._rows].astype(float), starts, axis=0) / counts[:, None]
+
+    def _recognise(self, profile: Floats) -> float:
+        """Column of the face to a pixel or two: the body's best match."""
+        width = self._template.shape[1]
+        first = self._body.start + round(self._last - self._rest) - 2
+        stop = profile.shape[1] - width - 2
+        if np.isfinite(self._step):
+            reach = round(self.predicted - self._last + 3 * abs(self._step))
+            stop = min(stop, first + max(reach, 0) + 4 * width + 12)
+        first = min(max(first, 0), max(stop - 1, 0))
+        windows = sliding_window_view(profile[:, first : stop + width - 1], width, axis=1)
+        unlike = np.abs(windows - self._template[:, None, :])
+        cap = np.median(np.abs(profile - self._level[:, None]))
+        best = int(np.argmin(np.minimum(unlike, cap).mean(axis=(0, 2))))
+        return float(self._rest + first + best - self._body.start)
+
+    def _read_face(self, profile: Floats, column: float) -> BladeSight:
+        """Half-level crossing near a column, block by block; their robust weighted mean."""
+        for _ in range(2):
+            seen = _crossings(profile, column, self._body.stop - self._body.start)
+            if not np.isfinite(seen.column):
+                return seen
+            column = seen.column
+        return seen
+
+
+def _crossings(profile: Floats, column: float, body_px: int) -> BladeSight:
+    middle = round(column)
+    left, right = middle - _SIDE_PX, middle + _SIDE_PX
+    if left < 0 or right >= profile.shape[1]:
+        return BladeSight(np.nan, np.nan)
+    part = profile[:, left : right + 1]
+    ahead = part[:, _SIDE_PX + 3 :]
+    behind = profile[:, max(middle - max(body_px, 3), 0) : max(middle - 2, 1)]
+    inside, outside = behind.mean(axis=1), ahead.mean(axis=1)
+    contrast = outside - inside
+    scatter = np.hypot(behind.std(axis=1), ahead.std(axis=1)) / np.sqrt(3)
+    share = (part - inside[:, None]) / np.where(contrast == 0, np.inf, contrast)[:, None]
+    place = _nearest_half(share, column - left) + left
+    noise = np.median(scatter)
+    good = np.isfinite(place) & (np.abs(contrast) > _LEAST_CONTRAST * np.maximum(scatter, 0.3 * noise))
+    if good.sum() < 2:
+        return BladeSight(np.nan, np.nan)
+    place, weight = place[good], np.abs(contrast[good] / np.maximum(scatter[good], noise + 1e-9))
+    centre, spread = _densest_half(place)
+    kept = np.abs(place - centre) <= 3 * spread + 0.1
+    place, weight = place[kept], weight[kept]
+    mean = float(np.average(place, weights=weight))
+    std = float(np.sqrt(np.sum(weight**2 * (place - mean) ** 2)) / weight.sum())
+    return BladeSight(mean, max(std, _STD_FLOOR_PX))
+
+
+def _densest_half(place: Floats) -> tuple[float, float]:
+    """Median and robust std of the shortest interval that holds half of the values (Rousseeuw 1984)."""
+    ordered = np.sort(place)
+    half = len(ordered) // 2 + 1
+    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
+    first = int(np.argmin(lengths))
+    return float(np.median(ordered[first : first + half])), float(lengths[first]) / 1.349
+
+
+def _nearest_half(share: Floats, place: float) -> Floats:
+    """Per row, where the share rises through one half, nearest to a place; NaN if not near it."""
+    low, high = share[:, :-1], share[:, 1:]
+    rises = (low < 0.5) & (high >= 0.5)
+    at = np.arange(low.shape[1]) + np.where(rises, (0.5 - low) / np.where(rises, high - low, 1.0), 0.0)
+    distance = np.where(rises, np.abs(at - place), np.inf)
+    best = np.argmin(distance, axis=1)
+    rows = np.arange(len(share))
+    return np.where(distance[rows, best] <= _REACH_PX, at[rows, best], np.nan)

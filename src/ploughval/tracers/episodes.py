@@ -1,0 +1,124 @@
+"""Bands as intervals of activity: one outcrop follows the other when it jumps ahead."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ploughval.tracers.view import Floats
+
+_JUMP = 0.12  # of the outcrop's distance from the tip: the least jump of a new band
+_JUMP_STDS = 4.0
+_MEMORY = 6  # increments from which the next outcrop is foreseen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Episode:
+    """One band: its rows in the table of increments, and its place at its start."""
+
+    rows: pd.Index
+    beta_deg: float
+    beta_std_deg: float
+    outcrop_x_mm: float
+    outcrop_std_mm: float
+
+
+def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float) -> list[Episode]:
+    """Divide the increments into bands.
+
+    The outcrop of a band stays in the sand, or creeps on steadily; a new band begins where it
+    jumps ahead of what the increments before foresee and the next increment agrees.
+
+    Parameters
+    ----------
+    table : DataFrame
+        u_mm, du_mm, beta_deg, outcrop_x_mm, outcrop_std_mm, outcrop_y_mm, slip_mm of each increment.
+    least_slip_mm : float or None
+        Bands with less slip are dropped; None: 1 % of the depth.
+    depth_mm : float
+        Of the blade.
+    """
+    known = table[np.isfinite(table["outcrop_x_mm"])]
+    if len(known) == 0:
+        return []
+    x, std = known["outcrop_x_mm"].to_numpy(), known["outcrop_std_mm"].to_numpy()
+    u = (known["u_mm"] + known["du_mm"] / 2).to_numpy()
+    starts = [0]
+    for k in range(1, len(x)):
+        if _jumps(x, std, u, starts[-1], k):
+            starts.append(k)
+    least = 0.01 * depth_mm if least_slip_mm is None else least_slip_mm
+    parts = [known.index[a:b] for a, b in zip(starts, [*starts[1:], len(x)], strict=True)]
+    parts = _joined(known, [p for p in parts if known.loc[p, "slip_mm"].sum() >= least])
+    return [_episode(known.loc[p]) for p in parts]
+
+
+def _jumps(x: Floats, std: Floats, u: Floats, start: int, k: int) -> bool:
+    """Whether a new band begins with increment k, in a band that began with increment start."""
+    foreseen, doubt = _foresee(x, u, start, k)
+    least = _JUMP * max(x[k - 1] - u[k - 1], 0.0)
+
+    def ahead(j: int) -> bool:
+        return bool(x[j] - foreseen > max(least, _JUMP_STDS * np.hypot(doubt, std[j])))
+
+    return ahead(k) and (k + 1 >= len(x) or ahead(k + 1))
+
+
+def _foresee(x: Floats, u: Floats, start: int, k: int) -> tuple[float, float]:
+    """Outcrop expected at increment k from the last ones of its band, and its doubt."""
+    past = slice(max(start, k - _MEMORY), k)
+    xs, us = x[past], u[past]
+    if len(xs) < 3:
+        return float(np.median(xs)), 0.0
+    i, j = np.triu_indices(len(xs), 1)
+    slope = max(float(np.median((xs[j] - xs[i]) / (us[j] - us[i]))), 0.0)
+    rest = xs - slope * us
+    doubt = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    return float(np.median(rest) + slope * u[k]), doubt
+
+
+def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
+    """Parts of one and the same band, once what stood between them is dropped, put together."""
+    joined: list[pd.Index] = []
+    for part in parts:
+        if joined:
+            before, after = known.loc[joined[-1]], known.loc[part]
+            x = np.concatenate([before["outcrop_x_mm"].to_numpy(), after["outcrop_x_mm"].to_numpy()[:1]])
+            tables = pd.concat([before, after.iloc[:1]])
+            u = (tables["u_mm"] + tables["du_mm"] / 2).to_numpy()
+            if not _jumps(x, tables["outcrop_std_mm"].to_numpy(), u, 0, len(x) - 1):
+                joined[-1] = joined[-1].append(part)
+                continue
+        joined.append(part)
+    return joined
+
+
+def _episode(rows: pd.DataFrame) -> Episode:
+    """A band's place at its start, from all its increments: a straight line through their outcrops."""
+    u = (rows["u_mm"] + rows["du_mm"] / 2).to_numpy()
+    start = float(rows["u_mm"].iloc[0])
+    x, x_std = _at_start(u - start, rows["outcrop_x_mm"].to_numpy(), rows["outcrop_std_mm"].to_numpy())
+    y = float(np.median(rows["outcrop_y_mm"].to_numpy()[:3]))
+    beta = np.degrees(np.arctan2(y, x - start))
+    beta_std = np.degrees(x_std * y / (y**2 + (x - start) ** 2))
+    return Episode(rows.index, float(beta), float(beta_std), x, x_std)
+
+
+def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
+    """Value at u = 0 of a line through (u, x), level unless its slope is significant; and its std."""
+    weight = 1 / np.maximum(std, 1e-6) ** 2
+    weight = np.minimum(weight, 4 * np.median(weight))
+    off = np.abs(x - np.median(x))
+    level = float(np.average(x, weights=weight))
+    scatter = 1.4826 * float(np.median(off))
+    level_std = max(float(1 / np.sqrt(weight.sum())), scatter / np.sqrt(len(x)))
+    if len(x) < 4:
+        return level, level_std
+    design = np.column_stack([np.ones(len(u)), u])
+    normal = design.T @ (weight[:, None] * design)
+    fit = np.linalg.solve(normal, design.T @ (weight * x))
+    spread = max(float(np.sum(weight * (x - design @ fit) ** 2)) / (len(x) - 2), 1e-12)
+    fit_std = np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 1.0))
+    if abs(fit[1]) < 3 * fit_std[1]:
+        return level, level_std
+    return float(fit[0]), float(fit_std[0])
