@@ -26,7 +26,7 @@ def test_a_quiet_log_holds_the_true_force_and_nothing_at_rest():
     truth = felt(options)
     table = log_table(truth, np.random.default_rng(2), options)
     force = (table["moment_upper_Nm"] - table["moment_lower_Nm"]) / 0.150
-    np.testing.assert_allclose(force, truth.force_N, atol=1e-5)  # moments are written to 1e-6 N m
+    np.testing.assert_allclose(force, truth.force_N, atol=1e-4)  # moments are written to 1e-5 N m
     rest = table["time_s"] <= options.rest_s
     assert not table.loc[rest, ["moment_upper_Nm", "moment_lower_Nm"]].to_numpy().any()
     at = np.searchsorted(truth.u_mm, 5.0)

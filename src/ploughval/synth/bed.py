@@ -70,11 +70,11 @@ def _evenly(rng: np.random.Generator, first: int, count: int) -> Floats:
     """Points ``first`` and following of a sequence that fills the unit square evenly (Roberts 2018, R2).
 
     Fresh sand is laid in slivers thinner than a grain; independent numbers would leave it clotted, and
-    the sequence by itself in rows: it is shaken by a tenth of the square.
+    the sequence by itself in rows: it is shaken by a third of the square.
     """
     golden = 1.32471795724474602596
     places: Floats = np.arange(first, first + count)[:, None] * np.array([1 / golden, 1 / golden**2])
-    places += 0.1 * rng.random(places.shape)
+    places += 0.3 * rng.random(places.shape)
     return places % 1.0
 
 

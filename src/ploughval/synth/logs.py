@@ -82,8 +82,8 @@ def log_table(truth: LogTruth, rng: np.random.Generator, options: SynthOptions) 
         {
             "time_s": truth.time_s.round(4),
             "displacement_mm": displacement.round(4),
-            "moment_upper_Nm": upper.round(6),
-            "moment_lower_Nm": lower.round(6),
+            "moment_upper_Nm": upper.round(5),
+            "moment_lower_Nm": lower.round(5),
         }
     )
 

@@ -2,7 +2,11 @@
 
 import math
 from dataclasses import dataclass, fields
+from enum import IntEnum
 from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ploughval.axes import Direction
 from ploughval.errors import ConfigError, Fault
@@ -33,6 +37,16 @@ _NOT_NEGATIVE = (
     "zero_offset_Nm",
     "empty_runs",
 )
+
+
+class Purpose(IntEnum):
+    """What random numbers are for: each purpose has a generator of its own."""
+
+    GRAINS = 1
+    AVALANCHES = 2
+    NOISE = 3
+    LINE_OF_ACTION = 4
+    LOG = 5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,9 +158,15 @@ class SynthOptions:
         )
 
     @property
-    def interval_s(self) -> float:
-        """Time between two photographs, s."""
-        return self.displacement_mm / self.speed_mm_s / (self.frames - 1)
+    def frames_u_mm(self) -> NDArray[np.float64]:
+        """Blade displacement of each photograph, mm, to 0.1 um and the travel itself at the end."""
+        places = np.linspace(0.0, self.displacement_mm, self.frames).round(4)
+        places[-1] = self.displacement_mm
+        return places
+
+    def rng(self, purpose: Purpose, number: int = 0) -> np.random.Generator:
+        """Generator for one purpose (and frame or run): changing one option does not shift other numbers."""
+        return np.random.default_rng([self.seed, purpose, number])
 
     @property
     def true_scene(self) -> Scene:

@@ -76,8 +76,8 @@ def layer_table(motion: Motion, frames_u_mm: Floats, heights_mm: Floats, x_mm: F
             "u_mm": np.repeat(frames_u_mm, len(start)),
             "layer": np.tile(start[:, 1], len(frames_u_mm)),
             "source": "truth",
-            "x_mm": places[..., 0].ravel().round(4),
-            "y_mm": places[..., 1].ravel().round(4),
+            "x_mm": places[..., 0].ravel().round(3),
+            "y_mm": places[..., 1].ravel().round(3),
             "std_mm": 0.0,
         }
     )
