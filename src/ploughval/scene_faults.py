@@ -32,15 +32,15 @@ _EXPECTED = {
     "literal_error": "{expected}",
     "enum": "{expected}",
 }
-# factor to the unit that ploughval uses, by ending of the key
+# factor to the unit that ploughval uses, by ending of the key; the longest ending first
 _UNITS = {
-    "mm": {"um": 1e-3, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "inch": 25.4},
-    "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
-    "deg": {"rad": 57.29577951308232, "degrees": 1.0},
     "mm_s": {"um_s": 1e-3, "cm_s": 10.0, "m_s": 1e3, "mm_min": 1 / 60, "cm_min": 1 / 6, "m_min": 1000 / 60},
     "kN_m3": {"N_m3": 1e-3, "kg_m3": 9.80665e-3, "g_cm3": 9.80665, "t_m3": 9.80665, "MN_m3": 1e3},
     "per_px": {"per_pixel": 1.0},
     "Nm_per_unit": {"Nmm_per_unit": 1e-3, "kNm_per_unit": 1e3},
+    "mm": {"um": 1e-3, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "inch": 25.4},
+    "s": {"ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "deg": {"rad": 57.29577951308232, "degrees": 1.0},
 }
 
 
@@ -62,7 +62,9 @@ def known_keys(model: type[BaseModel]) -> list[str]:
     return [name for name, field in model.model_fields.items() if not field.exclude]
 
 
-def rename_keys(model: type[BaseModel], data: Values, place: str = "") -> tuple[dict[str, Any], list[Fault]]:
+def rename_keys(
+    model: type[BaseModel], data: Values, *, place: str = "", root: type[BaseModel] | None = None
+) -> tuple[dict[str, Any], list[Fault]]:
     """Find unknown keys and guess what was meant.
 
     Returns
@@ -72,31 +74,29 @@ def rename_keys(model: type[BaseModel], data: Values, place: str = "") -> tuple[
     list of Fault
         One for each unknown key.
     """
+    root = root or model
     keys = known_keys(model)
     repaired: dict[str, Any] = {}
     faults: list[Fault] = []
-    for key in data:
-        value = data[key]
-        if key in keys:
-            table = table_of(model.model_fields[key].annotation)
-            if table is not None and isinstance(value, dict):
-                value, inner = rename_keys(table, value, f"{place}{key}.")
-                faults += inner
-            repaired[key] = value
+    for key, value in data.items():
+        meant, scale, expected, remedy = (key, 1.0, "", "") if key in keys else _meant(key, keys, root)
+        if scale != 1 and isinstance(value, int | float) and not isinstance(value, bool):
+            remedy, value = f"{remedy} = {value * scale:.6g}", value * scale
+        if key not in keys:
+            value_text = f"{_shown(data[key])} for a key that does not exist"
+            faults.append(Fault(f"{place}{key}", value_text, expected, f"{remedy}."))
+        if not meant or (meant != key and (meant in data or meant in repaired)):
             continue
-        meant, factor, remedy = _meant(key, keys)
-        faults.append(Fault(f"{place}{key}", _shown(value), _unknown(key, meant), remedy or _where(key)))
-        if meant and meant not in data and meant not in repaired:
-            scalable = factor != 1 and isinstance(value, int | float) and not isinstance(value, bool)
-            again, _ = rename_keys(model, {meant: value * factor if scalable else value}, place)
-            repaired |= again
-            if scalable:
-                faults[-1] = Fault(faults[-1].place, _shown(value), _unknown(key, meant), _converted(again))
+        table = table_of(model.model_fields[meant].annotation)
+        if table is not None and isinstance(value, dict):
+            value, inner = rename_keys(table, value, place=f"{place}{meant}.", root=root)
+            faults += inner
+        repaired[meant] = value
     return repaired, faults
 
 
-def _meant(key: str, keys: list[str]) -> tuple[str, float, str]:
-    """The key that was probably meant, the factor to its unit, and what to do."""
+def _meant(key: str, keys: list[str], root: type[BaseModel]) -> tuple[str, float, str, str]:
+    """The key that was probably meant, the factor to its unit, what was expected and what to do."""
     for known in keys:
         for unit, others in _UNITS.items():
             stem = known.removesuffix(f"_{unit}")
@@ -104,25 +104,18 @@ def _meant(key: str, keys: list[str]) -> tuple[str, float, str]:
                 continue
             rest = key[len(stem) :].removeprefix("_")
             if not rest:
-                return known, 1.0, f"Its unit belongs to the name: write {known}."
+                return known, 1.0, known, f"The unit belongs to the name: write {known}"
             if rest in others:
-                return known, others[rest], f"The unit is {unit}, not {rest}: write {known}."
-    close = difflib.get_close_matches(key.lower(), [k.lower() for k in keys], n=1, cutoff=0.75)
-    known = next((k for k in keys if close and k.lower() == close[0]), "")
-    return known, 1.0, f"Write {known}." if known else ""
-
-
-def _unknown(key: str, meant: str) -> str:
-    return f"{meant}, for there is no key {key}" if meant else "no such key"
-
-
-def _converted(again: Values) -> str:
-    ((key, value),) = again.items()
-    return f"Write {key} = {value:.6g}."
-
-
-def _where(key: str) -> str:
-    return "Remove it or correct its name."
+                return known, others[rest], known, f"The unit is {unit}, not {rest}: write {known}"
+    for name in known_keys(root):
+        table = table_of(root.model_fields[name].annotation)
+        if table is not None and key in known_keys(table):
+            return "", 1.0, f"one of {', '.join(keys)}", f"It belongs in [{name}]"
+    close = difflib.get_close_matches(key.lower(), [k.lower() for k in keys], n=1, cutoff=0.6)
+    for known in keys:
+        if close and known.lower() == close[0]:
+            return known, 1.0, known, f"Write {known}, or remove it"
+    return "", 1.0, f"one of {', '.join(keys)}", "Remove it or correct its name"
 
 
 def setting_faults(model: type[BaseModel], data: Values, error: ValidationError) -> list[Fault]:

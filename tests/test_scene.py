@@ -1,0 +1,293 @@
+"""A test.toml is either a scene whose steps follow from it, or refused with all its faults at once."""
+
+import pytest
+from pydantic import ValidationError
+
+from ploughval.errors import ConfigError
+from ploughval.scene import Camera, Interval, Scene, Soil, Step, load_scene
+
+TEST = '[test]\nname = "t"\n[blade]\ndepth_mm = 30\nwidth_mm = 218.0\n'
+SOIL = "[soil]\nunit_weight_kN_m3 = 16\npeak_friction_deg = 50\nresidual_friction_deg = 32\n"
+CAMERA = '[camera]\nphotos = "photos/*.png"\nmm_per_px = 0.125\ntip_px = [199.5, 599.5]\n'
+CELLS = (
+    '[loadcells]\nlog = "loadcells.csv"\nempty = ["empty/*.csv"]\nspacing_mm = 150\nlower_to_tip_mm = 260\n'
+)
+TRACERS = "[tracers]\nlayers_mm = [5, 10]\n"
+
+
+@pytest.fixture
+def load(tmp_path):
+    """Load a test.toml of this text from a folder that holds the files it names."""
+    for name in ("photos/a.png", "loadcells.csv", "empty/1.csv", "photos.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("x")
+
+    def run(text, *, encoding="utf-8") -> Scene:
+        (tmp_path / "test.toml").write_bytes(text.encode(encoding) if isinstance(text, str) else text)
+        return load_scene(tmp_path)
+
+    return run
+
+
+@pytest.fixture
+def refused(load):
+    """The faults of a text that is refused, by place."""
+
+    def run(text, **options):
+        with pytest.raises(ConfigError) as caught:
+            load(text, **options)
+        assert "test.toml" in str(caught.value).splitlines()[0]
+        found = {fault.place: str(fault) for fault in caught.value.faults}
+        assert len(found) == len(caught.value.faults)
+        return found
+
+    return run
+
+
+def test_a_full_test_takes_every_step(load):
+    scene = load(TEST + SOIL + CAMERA + CELLS + "[tracers]\nlayers_mm = [5, 10]\ndyed = [true, false]\n")
+    assert scene.steps == tuple(Step)
+    assert scene.tracers.dyed_layers_mm == (5.0,)
+
+
+@pytest.mark.parametrize(
+    ("text", "absent"),
+    [
+        (TEST + SOIL + CAMERA + TRACERS, {"force", "dye"}),
+        (TEST + SOIL + CAMERA + CELLS, {"layers", "dye"}),
+        (TEST + CAMERA + CELLS + TRACERS, {"model", "compare", "dye"}),
+        (TEST + SOIL + CAMERA + CELLS + TRACERS + "[model]\nrun = false\n", {"model", "compare", "dye"}),
+        (
+            TEST + SOIL + CAMERA + CELLS + TRACERS + "[piv]\ntrack = false\n",
+            {"tracks", "layers", "bands", "dye"},
+        ),
+    ],
+)
+def test_a_step_that_nothing_calls_for_is_left_out(load, text, absent):
+    assert set(Step) - set(load(text).steps) == absent
+
+
+def test_a_test_without_photographs_measures_force_alone(load):
+    assert load(TEST + CELLS).steps == (Step.FORCE, Step.REPORT)
+
+
+def test_a_scene_of_soil_alone_is_simulated(load):
+    assert load(TEST + SOIL).steps == (Step.MODEL, Step.REPORT)
+    assert load(TEST + SOIL + TRACERS).steps == (Step.MODEL, Step.REPORT)
+
+
+def test_defaults_follow_the_contract(load):
+    scene = load(TEST + SOIL + CAMERA)
+    assert scene.soil.slope_of_repose_deg == 32.0
+    assert scene.soil.wall_friction_deg == 0.0
+    assert scene.soil.softens
+    assert scene.camera.direction == "right"
+    assert scene.camera.times is None
+    assert scene.piv.subset_px == 31
+
+
+def test_times_may_be_a_file_exif_or_an_interval(load):
+    assert load(TEST + CAMERA + 'times = "exif"\n').camera.times == "exif"
+    assert load(TEST + CAMERA + 'times = "photos.csv"\n').camera.times == "photos.csv"
+    times = load(TEST + CAMERA + "times = {start_s = 10, interval_s = 2.0}\n").camera.times
+    assert times == Interval(start_s=10.0, interval_s=2.0)
+
+
+def test_the_hash_follows_the_settings_and_not_the_folder(load, tmp_path):
+    first = load(TEST + SOIL).settings_hash
+    assert load(TEST + "# a comment\n" + SOIL).settings_hash == first
+    assert load(TEST + SOIL + "repose_deg = 33\n").settings_hash != first
+
+
+def test_settings_cannot_be_changed(load):
+    with pytest.raises(ValidationError, match="frozen"):
+        load(TEST + SOIL).blade.depth_mm = 3.0
+
+
+def test_a_byte_order_mark_and_crlf_are_read(load):
+    assert load((TEST + SOIL).replace("\n", "\r\n"), encoding="utf-8-sig").blade.depth_mm == 30.0
+
+
+def test_a_file_is_taken_for_its_folder(load, tmp_path):
+    scene = load(TEST + CELLS)
+    assert load_scene(tmp_path / "test.toml") == scene
+    assert scene.path("loadcells.csv") == tmp_path / "loadcells.csv"
+
+
+def test_faults_of_every_kind_are_told_together(refused):
+    found = refused(
+        '[test]\nname = ""\n[blade]\ndepth_cm = 3.0\nwidth_mm = -1\nspeeed_mm_s = 1\n'
+        "[soil]\nunit_weight_kN_m3 = 16\npeak_friction_deg = 40\nresidual_friction_deg = 50\n"
+        "repose_deg = nan\n"
+        '[camera]\nphotos = "pictures/*.png"\nmm_per_px = 0.1\ntimes = "gone.csv"\nchannel = "grau"\n'
+        '[loadcells]\nlog = "../loadcells.csv"\nspacing_mm = inf\nrest_s = [9, 1]\n'
+        "[tracers]\nlayers_mm = [5, 5]\ndyed = [true]\n"
+    )
+    assert set(found) == {
+        "test.name",
+        "blade.depth_cm",
+        "blade.width_mm",
+        "blade.speeed_mm_s",
+        "soil.residual_friction_deg",
+        "soil.repose_deg",
+        "camera.photos",
+        "camera.times",
+        "camera.channel",
+        "camera.tip_px",
+        "loadcells.log",
+        "loadcells.spacing_mm",
+        "loadcells.lower_to_tip_mm",
+        "loadcells.rest_s",
+        "tracers.layers_mm",
+        "tracers.dyed",
+    }
+
+
+@pytest.mark.parametrize(
+    ("line", "place", "told"),
+    [
+        ("[blade]\ndepth_cm = 3.0", "blade.depth_cm", "mm, not cm: write depth_mm = 30."),
+        ("[blade]\ndepth_m = 0.03", "blade.depth_m", "mm, not m: write depth_mm = 30."),
+        ("[blade]\ndepth_in = 2", "blade.depth_in", "mm, not in: write depth_mm = 50.8."),
+        ("[blade]\ndepth = 3.0", "blade.depth", "The unit belongs to the name: write depth_mm."),
+        ("[blade]\nspeed_mm_min = 60", "blade.speed_mm_min", "write speed_mm_s = 1."),
+        ("[blade]\nDepth_mm = 30", "blade.Depth_mm", "expected depth_mm"),
+        ("[blade]\nthicknes_mm = 3", "blade.thicknes_mm", "expected thickness_mm"),
+        ("[box]\nspeed_mm_s = 3", "box.speed_mm_s", "It belongs in [blade]"),
+        ("[soil]\nunit_weight_g_cm3 = 1.6", "soil.unit_weight_g_cm3", "write unit_weight_kN_m3 = 15.6906."),
+        ("[soil]\npeak_friction_rad = 0.5", "soil.peak_friction_rad", "write peak_friction_deg = 28.6479."),
+        ("[bandz]\nmin_slip_mm = 1", "bandz", "expected bands"),
+        ("[loadcells.columns]\ntime = 't'", "loadcells.columns.time", "write time_s"),
+        ("[quux]\na = 1", "quux", "expected one of test, blade"),
+    ],
+)
+def test_an_unknown_key_is_told_with_the_one_that_was_meant(refused, line, place, told):
+    found = refused(line + "\n")
+    assert told in found[place]
+    assert "does not exist" in found[place]
+    meant = told.split("write ")[-1].split(" ")[0].strip(".")
+    assert f"{place.rpartition('.')[0]}.{meant}" not in found, "a key that was meant is not missing as well"
+
+
+def test_folder_and_source_are_no_keys(refused):
+    assert set(refused('folder = "/"\nsource = "x"\n' + TEST + SOIL)) == {"folder", "source"}
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "told"),
+    [
+        (TEST.replace("30", "nan") + SOIL, "blade.depth_mm", "got nan; expected a finite number"),
+        (TEST.replace("30", "-inf") + SOIL, "blade.depth_mm", "got -inf; expected a finite number"),
+        (
+            TEST.replace("30", "0") + SOIL,
+            "blade.depth_mm",
+            "got 0; expected more than 0. depth_mm: depth of the tip",
+        ),
+        (TEST.replace("30", "1e10") + SOIL, "blade.depth_mm", "expected at most 1e+09"),
+        (TEST.replace("30", "1" * 400) + SOIL, "blade.depth_mm", "expected"),
+        (TEST.replace("30", "true") + SOIL, "blade.depth_mm", "got true; expected a number"),
+        (
+            TEST.replace("30", "'30'") + SOIL,
+            "blade.depth_mm",
+            "got '30'; expected a number. Write it without quotes",
+        ),
+        (TEST.replace("30", "1979-05-27") + SOIL, "blade.depth_mm", "expected a number"),
+        (TEST.replace('"t"', "5") + SOIL, "test.name", "got 5; expected text in quotes"),
+        (TEST + SOIL + "[piv]\ntrack = 1\n", "piv.track", "got 1; expected true or false"),
+        (TEST + SOIL + "[piv]\nsubset_px = 31.5\n", "piv.subset_px", "got 31.5; expected a whole number"),
+        (TEST + SOIL + "[piv]\norder = 7\n", "piv.order", "got 7; expected 0, 1 or 2"),
+        (TEST + SOIL.replace("50", "95"), "soil.peak_friction_deg", "got 95; expected less than 90"),
+        (TEST + SOIL + "wall_friction_deg = 45\n", "soil.wall_friction_deg", "got 45; expected less than 40"),
+        (TEST + CAMERA + "clock_offset_s = 'atuo'\n", "camera.clock_offset_s", "expected a number or 'auto'"),
+        (
+            TEST + CAMERA + "times = {start_s = 1}\n",
+            "camera.times.interval_s",
+            "got nothing; expected a value",
+        ),
+        (TEST + CAMERA + "times = {start_s = 1, interval_s = 0}\n", "camera.times.interval_s", "more than 0"),
+        (TEST + CAMERA + "view_px = [1, 2, 3]\n", "camera.view_px", "expected 4 values"),
+        (TEST + CAMERA + "board = {}\n", "camera", "got mm_per_px and board; expected exactly one of"),
+        ("blade = 3\n" + TEST.split("[blade]")[0] + SOIL, "blade", "got 3; expected a table"),
+        (SOIL, "blade", "got nothing; expected a value. Add [blade] with depth_mm, width_mm."),
+        (TEST, "test.toml", "at least one of [camera], [loadcells] and [soil]"),
+        (TEST + CELLS + TRACERS, "tracers", "expected [camera] or [soil] too"),
+        (TEST + CAMERA.split("mm_per_px")[0], "camera", "got none; expected exactly one of mm_per_px"),
+    ],
+)
+def test_an_impossible_value_is_told_with_what_was_expected(refused, text, place, told):
+    assert told in refused(text)[place]
+
+
+def test_control_points_are_judged_one_by_one(refused):
+    points = 'control_points = [[1, 2, 3], [1, 2, 3, 4, 5], [1, 2, 3, "x"]]\n'
+    found = refused(TEST + '[camera]\nphotos = "photos/*.png"\n' + points)
+    assert "expected 4 values" in found["camera.control_points.0"]
+    assert "expected 4 values" in found["camera.control_points.1"]
+    assert "got 'x'; expected a number" in found["camera.control_points.2.3"]
+    assert "got 3 points; expected at least 4" in found["camera.control_points"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../secret.csv",
+        "/etc/passwd",
+        "a/../../b.csv",
+        "C:\\\\data\\\\log.csv",
+        "C:/log.csv",
+        "empty\\\\1.csv",
+        " ",
+        "a\\u0000b",
+    ],
+)
+def test_a_path_out_of_the_folder_is_refused(refused, name):
+    found = refused(TEST + CELLS.replace("loadcells.csv", name))
+    assert "expected a path inside the test folder" in found["loadcells.log"]
+
+
+@pytest.mark.parametrize("pattern", ["photos/*.jpg", "**.png", "photos", "photos/[.png"])
+def test_a_pattern_that_matches_nothing_is_refused_with_what_is_there(refused, pattern):
+    found = refused(TEST + CAMERA.replace("photos/*.png", pattern))
+    assert "expected at least one file that matches" in found["camera.photos"]
+    assert "holds" in found["camera.photos"]
+
+
+def test_a_missing_file_is_told_with_its_likeness(refused):
+    found = refused(TEST + CELLS.replace("loadcells.csv", "load_cells.csv"))
+    assert "expected an existing file" in found["loadcells.log"]
+    assert "loadcells.csv" in found["loadcells.log"].split("holds")[1]
+
+
+def test_a_name_with_brackets_is_a_name_before_it_is_a_pattern(load, tmp_path):
+    (tmp_path / "photos" / "img[1].png").write_text("x")
+    scene = load(TEST + CAMERA.replace("*.png", "img[1].png"))
+    assert [p.name for p in scene.matches(scene.camera.photos)] == ["img[1].png"]
+
+
+@pytest.mark.parametrize(
+    ("data", "place", "told"),
+    [
+        (b"[test]\nname = \xff\xfe\n", "file", "UTF-8"),
+        (b"[test]\nname = 'a'\n[blade]\ndepth_mm = 30,5\n", "line 4", "depth_mm = 30,5"),
+        (b"[test]\n[test]\n", "line 2", "[test]"),
+        (b"a = " + b"[" * 5000, "file", "brackets in brackets"),
+        (b"a = [", "file", "TOML"),
+    ],
+)
+def test_a_file_that_is_not_toml_is_refused_by_its_line(refused, data, place, told):
+    assert told in refused(data)[place]
+
+
+def test_a_folder_without_settings_is_told_how_to_get_them(tmp_path):
+    with pytest.raises(ConfigError, match=r"ploughval init"):
+        load_scene(tmp_path)
+    for absent in (tmp_path / "gone" / "test.toml", "a\0b"):
+        with pytest.raises(ConfigError):
+            load_scene(absent)
+
+
+def test_models_made_in_code_refuse_conflicts_too():
+    with pytest.raises(ValidationError, match="at most peak_friction_deg"):
+        Soil(unit_weight_kN_m3=16.0, peak_friction_deg=30.0, residual_friction_deg=32.0)
+    with pytest.raises(ValidationError, match="exactly one of"):
+        Camera(photos="*.png")
