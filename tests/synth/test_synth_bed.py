@@ -5,7 +5,7 @@ import pytest
 
 from ploughval.synth import SynthOptions
 from ploughval.synth.bed import fill_bed
-from ploughval.synth.motion import SKIN_MM, Trench, plan_motion
+from ploughval.synth.motion import Trench, plan_motion
 from ploughval.synth.view import View, expose, frame_view, light_field
 
 OPTIONS = SynthOptions(displacement_mm=6.0, frames=4)
@@ -40,8 +40,8 @@ def test_no_grain_is_lost_or_stands_in_the_blade_or_in_the_air(scene_of_grains):
         x, y = bed.positions_mm.T
         assert not np.any((x > u - 5.0) & (x < u - 1e-9) & (y > 0))
         ahead, behind = x >= u, x <= u - 5.0
-        assert np.all(y[ahead] <= np.interp(x[ahead], *motion.surfaces[steps].T) + SKIN_MM)
-        assert np.all(y[behind] <= np.interp(x[behind], *motion.trench.profile(u).T) + SKIN_MM)
+        assert np.all(y[ahead] <= np.interp(x[ahead], *motion.surfaces[steps].T) + motion.skin_mm)
+        assert np.all(y[behind] <= np.interp(x[behind], *motion.trench.profile(u).T) + motion.skin_mm)
     assert len(bed.positions_mm) == count
     assert np.isfinite(bed.positions_mm).all()
 

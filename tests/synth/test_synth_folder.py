@@ -164,6 +164,13 @@ def test_impossible_options_are_named_together():
         SynthOptions(depth_mm=float("nan"))
 
 
+def test_a_travel_beyond_the_models_end_is_refused_with_what_it_can_be(tmp_path, monkeypatch, toy_history):
+    monkeypatch.setattr("ploughval.model.simulate", lambda scene: toy_history(displacement=2.5))
+    with pytest.raises(ConfigError, match=r"displacement_mm: got 4\.0; expected at most 2\.5 mm"):
+        make_folder(tmp_path / "a", SMALL)
+    assert not (tmp_path / "a").exists()
+
+
 def test_a_folder_without_truth_says_so(tmp_path):
     with pytest.raises(DataError, match="no truth"):
         load_truth(tmp_path)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ploughval.synth.motion import SKIN_MM, Motion, Trench, plan_motion, pour, simplify
+from ploughval.synth.motion import Motion, Trench, plan_motion, pour, simplify
 
 TRENCH = Trench(30.0, 5.0, 32.0)
 FLAT = np.array([[0.0, 30.0], [400.0, 30.0]])
@@ -33,8 +33,8 @@ def plain_step(motion, k, points):
     moved = points + block[:, None] * np.array([du, du * slope])
     x, y = moved.T
     behind = motion.trench.profile(u + du)
-    ahead_gone = y > np.interp(x, *motion.surfaces[k + 1].T) + SKIN_MM
-    behind_gone = y > np.interp(x, *behind.T) + SKIN_MM
+    ahead_gone = y > np.interp(x, *motion.surfaces[k + 1].T) + motion.skin_mm
+    behind_gone = y > np.interp(x, *behind.T) + motion.skin_mm
     back = u + du - motion.trench.thickness_mm
     swept = y > 0
     return moved, np.where(x >= u + du - 1e-9, ahead_gone, np.where(x > back, swept, behind_gone))
@@ -109,7 +109,7 @@ def test_steps_are_cut_at_the_photographs_and_keep_the_travel(toy_history):
 def test_simplified_surfaces_stay_within_a_hundredth_of_a_millimetre():
     x = np.linspace(0, 100, 2001)
     line = np.column_stack([x, 30 + np.exp(-((x - 40) ** 2) / 200) * 8])
-    short = simplify(line)
+    short = simplify(line, 0.01)
     assert len(short) < 100
     # 0.01 mm across the line, 0.0102 mm upwards at its slope, 0.0001 mm rounding
     assert np.abs(np.interp(x, *short.T) - line[:, 1]).max() < 0.0125

@@ -64,7 +64,9 @@ def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwri
     history = simulate(options.true_scene)
     frames_u = options.frames_u_mm
     trench = Trench(options.depth_mm, options.thickness_mm, options.soil.slope_of_repose_deg)
-    motion = plan_motion(history.increments, history.surface, frames_u, trench)
+    motion = plan_motion(
+        history.increments, history.surface, frames_u, trench, rounding_mm=min(0.01, options.mm_per_px / 30)
+    )
     _check_travel(motion, options)
     view = frame_view(motion, options)
     felt = feel(

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-SKIN_MM = 0.02
-"""Sand is taken for avalanched when it stands this far above the surface: twice the surface's rounding."""
+ROUNDING_MM = 0.01
+"""How far surfaces are rounded, where nothing finer is asked for."""
 
-SURFACE_ROUNDING_MM = 0.01
 _CELLS = 1000
 _TOUCH_MM = 1e-9
 
@@ -93,6 +92,8 @@ class Motion:
     frame_steps : (F,) int64
         Steps done when each photograph was taken.
     trench : Trench
+    rounding_mm : float
+        How far the surfaces may be off the model's.
     """
 
     u_mm: Floats
@@ -102,6 +103,12 @@ class Motion:
     surfaces: tuple[Floats, ...]
     frame_steps: NDArray[np.int64]
     trench: Trench
+    rounding_mm: float = ROUNDING_MM
+
+    @property
+    def skin_mm(self) -> float:
+        """Sand has avalanched when it stands this far above the surface: twice the surface's rounding."""
+        return 2 * self.rounding_mm
 
     def __len__(self) -> int:
         return len(self.u_mm)
@@ -115,7 +122,7 @@ class Motion:
         _step(
             points_mm,
             gone,
-            np.array([u, du, slope, float(self.outcrop_x_mm[k]), self.trench.thickness_mm]),
+            np.array([u, du, slope, float(self.outcrop_x_mm[k]), self.trench.thickness_mm, self.skin_mm]),
             np.ascontiguousarray(ahead.T),
             np.ascontiguousarray(behind.T),
         )
@@ -157,6 +164,8 @@ def plan_motion(
     surface_at: Callable[[float], Floats],
     frames_u_mm: Sequence[float] | Floats,
     trench: Trench,
+    *,
+    rounding_mm: float = ROUNDING_MM,
 ) -> Motion:
     """Cut a model's increments at the photographs and round the surfaces.
 
@@ -170,10 +179,12 @@ def plan_motion(
         Blade displacement of each photograph, ascending.
     trench : Trench
         The bed behind the blade.
+    rounding_mm : float, mm
+        How far the surfaces may be simplified.
     """
     frames = np.asarray(frames_u_mm, dtype=np.float64)
     rows: list[tuple[float, float, float, float]] = []
-    surfaces = [simplify(surface_at(0.0))]
+    surfaces = [simplify(surface_at(0.0), rounding_mm)]
     for item in increments:
         start, end = item.u_mm, item.u_mm + item.du_mm
         if start >= frames[-1] - _TOUCH_MM:
@@ -183,19 +194,20 @@ def plan_motion(
             if a >= frames[-1] - _TOUCH_MM:
                 break
             rows.append((a, b - a, item.beta_deg, item.outcrop_x_mm))
-            surfaces.append(simplify(item.surface if b == end else surface_at(b)))
+            surfaces.append(simplify(item.surface if b == end else surface_at(b), rounding_mm))
     u, du, beta, outcrop = np.array(rows, dtype=np.float64).reshape(-1, 4).T.copy()
     steps = np.searchsorted(u, frames - _TOUCH_MM).astype(np.int64)
-    return Motion(u, du, beta, outcrop, tuple(surfaces), steps, trench)
+    return Motion(u, du, beta, outcrop, tuple(surfaces), steps, trench, rounding_mm)
 
 
-def simplify(surface_mm: Floats) -> Floats:
-    """The same polyline to within 0.01 mm with fewer nodes, rounded to 0.1 um (Douglas and Peucker 1973)."""
+def simplify(surface_mm: Floats, rounding_mm: float) -> Floats:
+    """The same polyline to within ``rounding_mm`` with fewer nodes (Douglas and Peucker 1973)."""
     from skimage.measure import approximate_polygon  # slow to import, needed only here
 
     line = np.asarray(surface_mm, dtype=np.float64)
-    nodes: Floats = approximate_polygon(line, SURFACE_ROUNDING_MM)  # type: ignore[no-untyped-call]
-    return nodes.round(4)
+    nodes: Floats = approximate_polygon(line, rounding_mm)  # type: ignore[no-untyped-call]
+    digits = math.ceil(2 - math.log10(rounding_mm))
+    return nodes.round(digits)
 
 
 def pour(where: Floats, before: Floats, after: Floats) -> Floats:
@@ -257,10 +269,10 @@ def _height(x: float, line: Floats) -> float:  # pragma: no cover
 def _step(
     points: Floats, gone: Bools, step: Floats, ahead: Floats, behind: Floats
 ) -> None:  # pragma: no cover
-    u, du, slope, outcrop, thickness = step
+    u, du, slope, outcrop, thickness, skin = step
     face = u + du
     back = face - thickness
-    lowest_ahead, lowest_behind = ahead[1].min() + SKIN_MM, behind[1].min() + SKIN_MM
+    lowest_ahead, lowest_behind = ahead[1].min() + skin, behind[1].min() + skin
     for i in range(points.shape[0]):
         x, y = points[i, 0], points[i, 1]
         if u - _TOUCH_MM <= x < outcrop and y > (x - u) * slope:
@@ -269,8 +281,8 @@ def _step(
             points[i, 0] = x
             points[i, 1] = y
         if x >= face - _TOUCH_MM:
-            gone[i] = y > lowest_ahead and y > _height(x, ahead) + SKIN_MM
+            gone[i] = y > lowest_ahead and y > _height(x, ahead) + skin
         elif x > back:
             gone[i] = y > 0.0
         else:
-            gone[i] = y > lowest_behind and y > _height(x, behind) + SKIN_MM
+            gone[i] = y > lowest_behind and y > _height(x, behind) + skin

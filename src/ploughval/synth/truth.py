@@ -105,6 +105,7 @@ def write_truth(folder: Path, truth: Truth) -> None:
         node_counts=np.array([len(s) for s in motion.surfaces]),
         frame_steps=motion.frame_steps,
         trench=np.array([motion.trench.depth_mm, motion.trench.thickness_mm, motion.trench.repose_deg]),
+        rounding_mm=motion.rounding_mm,
     )
     for name in _TABLES:
         getattr(truth, name).to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
@@ -157,6 +158,7 @@ def _read_motion(path: Path) -> Motion:
             surfaces,
             data["frame_steps"],
             Trench(depth, thickness, repose),
+            float(data["rounding_mm"]),
         )
 
 

@@ -60,7 +60,7 @@ def _overlap(start: float, end: float, size: int) -> Floats:
 def frame_view(motion: Motion, options: SynthOptions) -> View:
     """The frame that shows the test from a little below the tip to above the highest heap."""
     depth, scale = options.depth_mm, options.mm_per_px
-    raised = [s[s[:, 1] > depth + 0.1, 0].max(initial=0.0) for s in motion.surfaces]
+    raised = [s[s[:, 1] > 1.003 * depth, 0].max(initial=0.0) for s in motion.surfaces]
     right = max(float(motion.outcrop_x_mm.max()), *raised) + 0.4 * depth
     top = max(float(s[:, 1].max()) for s in motion.surfaces) + 0.25 * depth
     left_px = round((options.thickness_mm + 0.4 * depth) / scale, 1)
