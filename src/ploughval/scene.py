@@ -146,13 +146,15 @@ class Scene(Table):
         return find_files(self.folder, pattern)
 
 
-def load_scene(path: Path | str) -> Scene:
+def load_scene(path: Path | str, *, files: bool = True) -> Scene:
     """Read and validate a test folder's settings.
 
     Parameters
     ----------
     path : path-like
         A test folder, or its test.toml.
+    files : bool
+        Whether the photographs and logs that it names have to be there; the model needs none.
 
     Returns
     -------
@@ -172,7 +174,9 @@ def load_scene(path: Path | str) -> Scene:
         scene = Scene.model_validate({**data, "folder": source.parent, "source": source})
     except ValidationError as error:
         faults += setting_faults(Scene, data, error)
-    faults += [*_conflicts(Scene, data), *file_faults(data, source.parent)]
+    faults += _conflicts(Scene, data)
+    if files:
+        faults += file_faults(data, source.parent)
     if faults or scene is None:
         raise ConfigError(source, faults)
     return scene

@@ -100,9 +100,7 @@ class _Writer:
             for variable, data in dataset.data_vars.items()
             if data.size
         }
-        write_aside(
-            self._path(name), lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding) and None
-        )
+        write_aside(self._path(name), lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
 
     def _path(self, name: str) -> Path:
         path = self.folder / name

@@ -18,7 +18,7 @@ from ploughval.errors import DataError
 CACHE = ".store"
 
 
-def write_aside(path: Path, write: Callable[[Path], None]) -> None:
+def write_aside(path: Path, write: Callable[[Path], object]) -> None:
     """Write a file under another name beside its place, sync it and rename it into place.
 
     Parameters
@@ -57,7 +57,7 @@ def write_aside(path: Path, write: Callable[[Path], None]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with Unix line ends, aside and renamed."""
-    write_aside(path, lambda p: p.write_bytes(text.encode("utf-8")) and None)
+    write_aside(path, lambda p: p.write_bytes(text.encode("utf-8")))
 
 
 def write_json(path: Path, value: Any) -> None:

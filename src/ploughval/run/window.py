@@ -108,7 +108,7 @@ class _Walk:
         self._seen: list[FramePoints] = []
         self._lost: dict[int, str] = {}
 
-    def take(self, frame: int, image: NDArray[np.generic]) -> None:
+    def take(self, frame: int, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
         sight = self._watcher.see(frame, image)
         self._note(frame, sight)
         if self._tracker is None:

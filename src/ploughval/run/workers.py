@@ -85,8 +85,8 @@ def run_all(
             for folder, target in zip(folders, targets, strict=True)
         ]
         for index, future in enumerate(futures):
-            error = future.exception()
-            finished(index, error if error is not None else future.result())
+            failure = future.exception()
+            finished(index, failure if failure is not None else future.result())
     finally:
         client.close()
 

@@ -1,7 +1,7 @@
 """Sand images and whole test folders with exact truth, from a seed."""
 
 from ploughval.synth.folder import EXAMPLE, make_folder
-from ploughval.synth.options import SynthOptions
+from ploughval.synth.options import SynthOptions, adapt
 from ploughval.synth.sand import Grains, render_grains, sand_texture
 from ploughval.synth.truth import Truth, load_truth
 
@@ -10,6 +10,7 @@ __all__ = [
     "Grains",
     "SynthOptions",
     "Truth",
+    "adapt",
     "load_truth",
     "make_folder",
     "render_grains",

@@ -184,3 +184,39 @@ class SynthOptions:
             tracers=Tracers(layers_mm=self.layers_mm) if self.layers_mm else None,
             model=ModelTable(displacement_mm=self.displacement_mm, tolerance=self.tolerance),
         )
+
+
+def adapt(options: SynthOptions, *, soil: Mapping[str, float | None], **changes: Any) -> SynthOptions:
+    """Options with some values replaced; None leaves a value as it is.
+
+    Parameters
+    ----------
+    options : SynthOptions
+        What to start from.
+    soil : mapping
+        Values of [soil] by key.
+    **changes
+        Values of :class:`SynthOptions` by name; a direction may be given as text.
+
+    Raises
+    ------
+    ConfigError
+        For values that cannot be.
+
+    >>> adapt(SynthOptions(), soil={"peak_friction_deg": 40.0}, seed=3, frames=None).soil.peak_friction_deg
+    40.0
+    """
+    given = {name: value for name, value in changes.items() if value is not None}
+    sand = {name: value for name, value in soil.items() if value is not None}
+    try:
+        if "direction" in given:
+            given["direction"] = Direction(given["direction"])
+        told = Soil.model_validate({**options.soil.model_dump(), **sand})
+    except ValidationError as error:
+        faults = [Fault(".".join(map(str, e["loc"])) or "soil", repr(sand), e["msg"]) for e in error.errors()]
+        raise ConfigError("synth options", faults) from None
+    except ValueError:
+        raise ConfigError(
+            "synth options", [Fault("direction", repr(given["direction"]), "right or left")]
+        ) from None
+    return replace(options, soil=told, **given)
