@@ -1,12 +1,14 @@
 """What a synthetic test folder shall contain."""
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from ploughval.axes import Direction
 from ploughval.errors import ConfigError, Fault
