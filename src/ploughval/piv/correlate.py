@@ -11,6 +11,7 @@ from ploughval.errors import CorrelationError
 from ploughval.piv.guess import Greys, failed_points, flow_at, search_failed, spread_by_neighbours, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
 from ploughval.piv.precision import predict_std
+from ploughval.piv.split import split_suspects
 from ploughval.piv.subsets import Fit, Floats, Pair, Recipe, displacement_of, gradient_of, match, params_from
 from ploughval.piv.validate import judge_correlation, outliers
 
@@ -106,6 +107,7 @@ def correlate(  # noqa: PLR0913
     spread_by_neighbours(pair, fit, place, ZNCC_MIN)
     if failed_points(fit).size:
         search_failed(pair, greys, fit, place, ZNCC_MIN)
+    split_suspects(pair, fit, place)
     reject_outliers(pair, fit, place)
     return tracks_of(fit, place, recipe, noise)
 

@@ -15,6 +15,7 @@ Ints = NDArray[np.int64]
 
 OK, MASKED, EDGE = int(Status.OK), int(Status.MASKED), int(Status.EDGE)
 FLAT, NOT_CONVERGED = int(Status.FLAT), int(Status.NOT_CONVERGED)
+LOW_CORRELATION = int(Status.LOW_CORRELATION)
 LEAST_SHARE = 0.4
 """A subset needs this share of its pixels valid."""
 STEP_PX = 3e-4
@@ -402,6 +403,7 @@ def _match(  # noqa: PLR0913
     terms = mono.shape[0]
     u0, v0 = p[0], p[terms]
     norm = _prepare(work)
+    wanted = np.sum(work.weight)
     # Slopes may be smoothed: their product with the plain ones is what the residual answers to.
     ratio = min(max(work.slopes[1] / max(work.slopes[0], 1e-300), 0.5), 2.5)
     stats[7], stats[8] = work.slopes[0] / (2.0 * max(np.sum(work.weight), 1.0)), ratio
@@ -410,7 +412,7 @@ def _match(  # noqa: PLR0913
         if norm == 0.0:
             return FLAT
         if _sample(current, extent, p, cx, cy, side, poly, mono, work) > 0:
-            if np.sum(work.weight) < LEAST_SHARE * side * side:
+            if np.sum(work.weight) < LEAST_SHARE * wanted:
                 return EDGE
             _drop(work)
             norm = _prepare(work)
@@ -479,3 +481,120 @@ def match_points(  # noqa: PLR0913
         if code == OK:
             code = _match(current, extent, params[n], cx, cy, side, poly, mono, work, stats[n], limit)
         status[n] = code
+
+
+@_jit
+def _window(side: int, reach: int, work: Work) -> None:
+    """Leave weight only to pixels at most ``reach`` from the centre."""
+    half = side // 2
+    for n in range(work.weight.size):
+        if abs(n // side - half) > reach or abs(n % side - half) > reach:
+            work.weight[n] = 0.0
+    _drop(work)
+
+
+@_jit
+def _box(values: Floats, out: Floats, side: int, reach: int) -> None:
+    """Mean over the neighbourhood of every pixel; negative values are pixels that are not there."""
+    for n in range(values.size):
+        row, column = n // side, n % side
+        total, count = 0.0, 0.0
+        for j in range(max(row - reach, 0), min(row + reach, side - 1) + 1):
+            for i in range(max(column - reach, 0), min(column + reach, side - 1) + 1):
+                if values[j * side + i] >= 0.0:
+                    total += values[j * side + i]
+                    count += 1.0
+        out[n] = total / count if count > 0.0 else -1.0
+
+
+@_jit
+def _residual_map(side: int, whole: Floats, work: Work) -> None:
+    """Squared residuals of the whole subset, with level and gain of the pixels that have weight, smoothed."""
+    f0, g0, count = 0.0, 0.0, 0.0
+    for n in range(whole.size):
+        f0 += work.weight[n] * work.f[n]
+        g0 += work.weight[n] * work.g[n]
+        count += work.weight[n]
+    f0, g0 = f0 / count, g0 / count
+    ff, gg = 0.0, 0.0
+    for n in range(whole.size):
+        ff += work.weight[n] * (work.f[n] - f0) ** 2
+        gg += work.weight[n] * (work.g[n] - g0) ** 2
+    gain = np.sqrt(ff / gg) if gg > 0.0 else 0.0
+    for n in range(whole.size):
+        r = work.f[n] - f0 - gain * (work.g[n] - g0)
+        work.smooth[0, n] = r * r if whole[n] > 0.0 else -1.0
+    _box(work.smooth[0], work.smooth[1], side, 2)
+
+
+@_jit
+def split_points(  # noqa: PLR0913
+    reference: Singles,
+    current: Singles,
+    mask: NDArray[np.uint8],
+    centres: Ints,
+    taps: Floats,
+    poly: Singles,
+    mono: Floats,
+    work: Work,
+    candidates: Floats,
+    stats: Floats,
+    status: NDArray[np.int8],
+    allowed: Floats,
+) -> None:
+    """Match the part of each subset that moves with its centre: one side of a shear band.
+
+    A small window about the centre chooses among the candidates. Pixels whose residuals, averaged over
+    5 x 5, are below ``allowed[0] + allowed[1] * mean square slope`` join it, twice over.
+
+    Parameters
+    ----------
+    reference, current, mask, centres, taps, poly, mono, work, stats, status
+        As in match_points.
+    candidates : (N, K, 2 terms) float64, px
+        Parameters to try, NaN: none; the result is left in ``[:, 0]``.
+    allowed : (4,) float64
+        Residual variance; px^2 of mismatch; reach of the small window, px; least share of pixels that agree.
+    """
+    side = int(np.round(np.sqrt(mono.shape[1])))
+    extent = mask.shape
+    terms = mono.shape[0]
+    reach = int(allowed[2])
+    half = side // 2
+    whole = np.zeros(side * side)
+    best = np.zeros(2 * terms)
+    for n in range(centres.shape[0]):
+        cx, cy = centres[n, 0], centres[n, 1]
+        top = -2.0
+        code = _gather(reference, mask, cx, cy, side, taps, mono, work)
+        for k in range(candidates.shape[1]):
+            if code != OK or np.isnan(candidates[n, k, 0]):
+                continue
+            _gather(reference, mask, cx, cy, side, taps, mono, work)
+            _window(side, reach, work)
+            p = candidates[n, k]
+            _match(current, extent, p, cx, cy, side, poly, mono, work, stats[n], reach)
+            if stats[n, 0] > top:
+                top = stats[n, 0]
+                best[:] = p
+        for _ in range(2):
+            if code != OK or top <= 0.0:
+                break
+            _gather(reference, mask, cx, cy, side, taps, mono, work)
+            whole[:] = work.weight
+            _sample(current, extent, best, cx, cy, side, poly, mono, work)
+            _window(side, reach, work)
+            _residual_map(side, whole, work)
+            most = allowed[0] + allowed[1] * work.slopes[1] / (2.0 * max(np.sum(whole), 1.0))
+            code = _gather(reference, mask, cx, cy, side, taps, mono, work)
+            for i in range(whole.size):
+                if not 0.0 <= work.smooth[1, i] <= most:
+                    work.weight[i] = 0.0
+            centre = work.smooth[1, half * side + half]
+            if np.sum(work.weight) < allowed[3] * side * side or not 0.0 <= centre <= most:
+                code = LOW_CORRELATION
+                break
+            _drop(work)
+            code = _match(current, extent, best, cx, cy, side, poly, mono, work, stats[n], reach)
+        status[n] = code if top > 0.0 or code != OK else LOW_CORRELATION
+        candidates[n, 0] = best

@@ -12,6 +12,7 @@ from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.guess import Greys, flow_at, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
 from ploughval.piv.precision import predict_std
+from ploughval.piv.split import REACH, make_candidates, near_motion, noise_level, split, suspects
 from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
 from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
 from ploughval.scene import Piv
@@ -67,6 +68,7 @@ class _State:
     params: Floats  # (N, 2, terms) from that reference
     first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
     failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
+    cut: NDArray[np.bool_]  # (N,) whether the last match needed a split subset
     missed: int = 0  # frames skipped or failed since `grey` was seen
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))
 
@@ -112,6 +114,7 @@ class Tracker:
             params=np.zeros((count, 2, self._recipe.terms)),
             first_zncc=np.full(count, np.nan),
             failures=np.zeros(count, np.intp),
+            cut=np.zeros(count, bool),
             grey=to_8bit(image),
         )
 
@@ -193,10 +196,32 @@ class Tracker:
             moved = state.motion[failed] if attempt == 0 else self._neighbour_motion(fit, failed)
             known = np.isfinite(moved).all(axis=1)
             self._try(fit, current, failed[known], moved[known])
+        self._split(fit, current)
         step = self._positions(fit) - state.position
         step[fit.status != Status.OK] = np.nan
         wrong = outliers(state.position, step)
         fit.status[wrong] = Status.OUTLIER
+
+    def _split(self, fit: Fit, current: NDArray[np.float32]) -> None:
+        """Match points beside shear bands on what moves with them; their references are to be renewed."""
+        state = self._started()
+        level = noise_level(fit)
+        index = suspects(fit, level)
+        clean = np.setdiff1d(np.flatnonzero(fit.status == Status.OK), index)
+        state.cut[:] = False
+        if index.size == 0:
+            return
+        step = (self._positions(fit) - state.position)[clean]
+        reach = REACH * self._recipe.subset
+        place, moved = near_motion(state.position[clean], step, state.position[index], reach)
+        for frame, held in self._held.items():
+            chosen = state.reference[index] == frame
+            part = index[chosen]
+            travelled = (state.position[part] - held.position[part])[:, None]
+            near = (place[chosen], moved[chosen] + travelled)
+            tries = make_candidates(*near, fit.params[part], self._recipe.half)
+            pair = Pair(held.coefficients, current, held.mask, self._recipe, self._workers)
+            state.cut[split(pair, fit, held.position[part], part, tries, level)] = True
 
     def _neighbour_motion(self, fit: Fit, failed: NDArray[np.intp]) -> Floats:
         """Median motion since the last frame of the nearest points that were found (F, 2), else NaN."""
@@ -298,7 +323,8 @@ class Tracker:
         state.missed = 0
         new = ok[np.isnan(state.first_zncc[ok])]
         state.first_zncc[new] = fit.zncc[new]
-        worn = ok[fit.zncc[ok] < RENEW * state.first_zncc[ok]]
+        # A subset that was cut holds two motions since its reference: a new one holds less of the second.
+        worn = ok[state.cut[ok] | (fit.zncc[ok] < RENEW * state.first_zncc[ok])]
         self._renew(worn, position, std, ok, picture)
 
     def _renew(

@@ -1,7 +1,9 @@
 """Subsets matched in chunks: what the kernel needs and gives, in arrays."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,8 +83,8 @@ class Pair:
 
 
 def centres_of(points: Floats) -> NDArray[np.int64]:
-    """Pixels on which the subsets of points stand: the nearest ones (N, 2)."""
-    return np.floor(np.asarray(points) + 0.5).astype(np.int64)
+    """Pixels on which the subsets of points stand: the nearest (N, 2); -10000 for points that are NaN."""
+    return np.nan_to_num(np.floor(np.asarray(points) + 0.5), nan=-10_000.0).astype(np.int64)
 
 
 def place_terms(points: Floats, recipe: Recipe) -> Floats:
@@ -132,32 +134,68 @@ def match(pair: Pair, points: Floats, guess: Floats, *, limit: float | None = No
     from ploughval.piv import kernel  # numba is imported where it is first needed
 
     recipe, count = pair.recipe, len(points)
-    centres = centres_of(points)
     params = np.ascontiguousarray(guess, np.float64).reshape(count, 2 * recipe.terms).copy()
-    stats = np.zeros((count, kernel.STATS))
-    status = np.zeros(count, np.int8)
-    tables = (
-        node_taps(recipe.spline, recipe.smooth_px),
-        basis_polynomials(recipe.spline).astype(np.float32),
-        recipe.grid(),
-    )
+    fit = _empty_fit(count, kernel.STATS)
     reach = float(recipe.half if limit is None else limit)
+    _run(kernel.match_points, pair, points, params, fit, reach)
+    fit[1][~np.isfinite(params).all(axis=1) & (fit[1] == Status.OK)] = Status.NOT_CONVERGED
+    return Fit(params.reshape(count, 2, recipe.terms), *fit)
+
+
+def match_split(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
+    """Match only the part of each subset that moves with its centre.
+
+    Parameters
+    ----------
+    pair : Pair
+        Both pictures.
+    points : (N, 2) float, px
+        Material points in the reference picture.
+    candidates : (N, K, 2, terms) float
+        Parameters to try for each; NaN: none.
+    allowed : (4,) float
+        See ``kernel.split_points``.
+    """
+    from ploughval.piv import kernel
+
+    recipe, count = pair.recipe, len(points)
+    params = np.ascontiguousarray(candidates, np.float64).reshape(count, -1, 2 * recipe.terms).copy()
+    fit = _empty_fit(count, kernel.STATS)
+    _run(kernel.split_points, pair, points, params, fit, np.asarray(allowed, np.float64))
+    return Fit(params[:, 0].reshape(count, 2, recipe.terms), *fit)
+
+
+def _empty_fit(count: int, columns: int) -> tuple[Floats, NDArray[np.int8]]:
+    return np.zeros((count, columns)), np.zeros(count, np.int8)
+
+
+def _run(
+    kernel_of_chunk: Callable[..., None],
+    pair: Pair,
+    points: Floats,
+    params: Floats,
+    fit: tuple[Floats, NDArray[np.int8]],
+    last: Any,
+) -> None:
+    """Call a kernel on chunks of points, in as many threads as the pair allows."""
+    from ploughval.piv import kernel
+
+    recipe, (stats, status), centres = pair.recipe, fit, centres_of(points)
+    taps = node_taps(recipe.spline, recipe.smooth_px)
+    tables = (taps, basis_polynomials(recipe.spline).astype(np.float32), recipe.grid())
 
     def run(start: int) -> None:
         part = slice(start, start + CHUNK)
         work = kernel.make_work(recipe.subset, recipe.terms)
-        kernel.match_points(
-            pair.reference, pair.current, pair.mask, centres[part], *tables, work,
-            params[part], stats[part], status[part], reach,
-        )  # fmt: skip
+        pictures = (pair.reference, pair.current, pair.mask)
+        kernel_of_chunk(
+            *pictures, centres[part], *tables, work, params[part], stats[part], status[part], last
+        )
 
-    starts = range(0, count, CHUNK)
-    if pair.workers > 1 and count > CHUNK:
+    starts = range(0, len(points), CHUNK)
+    if pair.workers > 1 and len(starts) > 1:
         with ThreadPoolExecutor(pair.workers) as pool:
             list(pool.map(run, starts))
     else:
         for start in starts:
             run(start)
-    bad = ~np.isfinite(params).all(axis=1) & (status == Status.OK)
-    status[bad] = Status.NOT_CONVERGED
-    return Fit(params.reshape(count, 2, recipe.terms), stats, status)
