@@ -99,7 +99,7 @@ def test_exif_times_are_used_where_they_are_true(tmp_path):
         exif.get_ifd(0x8769)[0x9003] = f"2024:05:01 10:00:{4 * k:02d}"
         Image.new("L", (64, 48)).save(tmp_path / f"IMG_{k}.JPG", exif=exif)
     settings = tomllib.loads(draft_settings(tmp_path))
-    assert settings["camera"] == {"photos": "*.JPG", "times": "exif"}
+    assert settings["camera"] == {"photos": "*.JPG", "times": "exif", "direction": "right"}
     assert "8 s from first to last" in draft_settings(tmp_path)
     write_log(tmp_path / "log.csv")
     assert tomllib.loads(draft_settings(tmp_path))["camera"]["clock_offset_s"] == "auto"

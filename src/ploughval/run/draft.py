@@ -122,7 +122,7 @@ def _camera(found: Survey) -> str:
         f"photos = {_quoted(photos.pattern)}\n"
         f"{_times(found)}"
         f"{_calibration(found)}"
-        '# direction = "left"             # where the blade travels to the left; default: to the right\n'
+        'direction = "right"             # or "left": the way the blade travels in the photograph\n'
         f"{_clock(found)}"
     )
 

@@ -104,7 +104,7 @@ def _photos(files: list[Path], folder: Path) -> Photos | None:
     kinds = Counter((p.parent, p.suffix) for p in files if p.suffix.lower() in ENDINGS)
     if not kinds:
         return None
-    (place, suffix), count = kinds.most_common(1)[0]
+    place, suffix = kinds.most_common(1)[0][0]
     paths = sorted(
         (p for p in files if (p.parent, p.suffix) == (place, suffix)), key=lambda p: natural_key(p.name)
     )
@@ -121,6 +121,7 @@ def _photos(files: list[Path], folder: Path) -> Photos | None:
     except PloughvalError:
         span = None
     prefix = "" if place == folder else f"{glob.escape(place.name)}/"
+    count = sum(len(h.pages) if h else 1 for h in headers)
     return Photos(f"{prefix}*{suffix}", count, next((h for h in headers if h), None), span)
 
 
