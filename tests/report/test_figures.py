@@ -15,7 +15,7 @@ from ploughval.report.figures.series import History
 from ploughval.report.figures.style import THEMED, to_svg
 from ploughval.report.photographs import eight_bit, world_picture
 from ploughval.report.results import read_results
-from ploughval.report.stages import stage_frames, view
+from ploughval.report.stages import outcrops, stage_frames, view
 
 
 @pytest.fixture(scope="module")
@@ -61,15 +61,15 @@ def test_thinned_history_keeps_extremes_and_order():
     assert kept["u_mm"].iloc[[0, -1]].tolist() == [0.0, 10.0]
 
 
-def test_band_bars_follow_a_fixed_outcrop(results):
+def test_band_bars_hold_outcrop_and_increments_with_two_standard_deviations(results):
     figure = figures.bands_figure(results.bands, results.increments, model_force=results.model_force)
     above, below = figure.axes
     spread = above.collections[0].get_paths()[0].vertices[:, 1]
     assert (spread.min(), spread.max()) == pytest.approx((150 - 1.6, 150 + 1.6))
+    own = results.increments[results.increments["band"] == 1]
     middle = below.collections[0].get_paths()[0].vertices
-    at_end = middle[np.isclose(middle[:, 0], 40.0), 1]
-    # the outcrop stays at x = 150, 30 above the tip, while the tip has come to u = 40
-    assert at_end.min() == pytest.approx(np.degrees(np.arctan2(30, 110)) - 0.8, abs=1e-9)
+    assert middle[:, 1].max() == pytest.approx(own["beta_deg"].max() + 2 * 0.5, abs=1e-9)
+    assert middle[:, 0].max() == own["u_mm"].max()
     points = above.containers[0].lines[0]
     np.testing.assert_allclose(points.get_ydata(orig=False), results.increments["outcrop_x_mm"])
 
@@ -77,8 +77,8 @@ def test_band_bars_follow_a_fixed_outcrop(results):
 def test_layers_figure_puts_prediction_above_measurement_on_the_same_axes(results):
     frame = stage_frames(results)[-1]
     cut = lambda table: table[table["frame"] == frame]  # noqa: E731
-    predicted = figures.Side(cut(results.model_layers), None, results.model_bands)
-    measured = figures.Side(cut(results.layers), cut(results.surface), results.bands)
+    predicted = figures.Side(cut(results.model_layers))
+    measured = figures.Side(cut(results.layers), cut(results.surface))
     extent = view(results)
     figure = figures.layers_figure(predicted, measured, u_mm=60.0, depth_mm=30.0, extent=extent)
     top, bottom = figure.axes
@@ -94,13 +94,26 @@ def test_layers_figure_puts_prediction_above_measurement_on_the_same_axes(result
 
 
 def test_active_band_runs_from_the_tip_to_its_outcrop(results):
-    measured = figures.Side(results.layers[results.layers["frame"] == 6], None, results.bands)
+    ends = outcrops(results.bands, 30.0)
+    measured = figures.Side(results.layers[results.layers["frame"] == 6], None, ends)
     figure = figures.layers_figure(
         figures.Side(), measured, u_mm=30.0, depth_mm=30.0, extent=(-5.0, 200.0, -8.0, 60.0)
     )
-    ends = [item.get_xydata() for item in figure.axes[0].lines if len(item.get_xydata()) == 2]
-    assert len(ends) == 1
-    np.testing.assert_allclose(ends[0], [[30.0, 0.0], [150.0, 30.0]], atol=1e-9)
+    drawn = [item.get_xydata() for item in figure.axes[0].lines if len(item.get_xydata()) == 2]
+    assert len(drawn) == 1
+    np.testing.assert_allclose(drawn[0], [[30.0, 0.0], [150.0, 30.0]], atol=1e-9)
+
+
+def test_outcrop_lies_on_the_surface_or_on_the_modelled_inclination(results):
+    heap = pd.DataFrame({"x_mm": [30.0, 130.0, 170.0, 220.0], "y_mm": [60.0, 50.0, 30.0, 30.0]})
+    np.testing.assert_allclose(outcrops(results.bands, 30.0, surface=heap), [[150.0, 40.0]])
+    history = pd.DataFrame(
+        {"u_mm": [0.0, 30.0], "beta_deg": [11.3, np.degrees(np.arctan2(36, 120))], "band": [1, 1]}
+    )
+    np.testing.assert_allclose(outcrops(results.bands, 30.0, history=history), [[150.0, 36.0]])
+    # at the switch both bands slip; after the end of the travel none does
+    assert len(outcrops(results.bands, 40.0)) == 2
+    assert len(outcrops(results.bands, 61.0)) == 0
 
 
 def test_field_figure_colours_points_by_displacement_per_millimetre_of_blade(results):
@@ -175,6 +188,17 @@ def test_world_picture_undoes_mirror_and_turn():
     expected = np.clip((60 + x - low) / (high - low), 0, 1) * 255
     assert picture.grey.shape == (120, 200)
     assert np.abs(picture.grey - expected).max() <= 255 / (high - low) + 2
+
+
+def test_world_picture_is_cut_to_what_the_photograph_shows():
+    class Plain:
+        def to_px(self, mm):
+            return np.asarray(mm) * [10.0, -10.0] + [99.5, 299.5]
+
+    # The photograph holds x from -10 to 30 mm and y from -10 to 30 mm.
+    picture = world_picture(np.full((400, 400), 90, np.uint8), Plain(), (-20.0, 60.0, -20.0, 60.0), width=80)
+    assert picture.extent == pytest.approx((-10.0, 30.0, -10.0, 30.0))
+    assert picture.grey.shape == (40, 40)
 
 
 def test_sixteen_bit_greys_are_stretched_not_cut():

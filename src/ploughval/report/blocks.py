@@ -1,5 +1,6 @@
 """What a page is made of: chapters with figures, tables and notes; only figures are markup."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -7,8 +8,9 @@ import pandas as pd
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from ploughval.axes import BAND_COLUMNS, unit_of
 from ploughval.report.figures.style import to_svg
-from ploughval.report.text import MISSING, label, number, unit
+from ploughval.report.text import MISSING, brief, label, unit, with_std
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +37,14 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table on the page; folded tables open at a click."""
+    """A table on the page; folded tables open at a click, kinds other than "" become cards on a phone."""
 
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     folded: bool = False
-    cards: bool = False
+    kind: str = ""
+    footnotes: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,7 @@ class Chapter:
     grid: Sequence[Drawing] = ()
     tables: Sequence[Table] = ()
     notes: Sequence[str] = ()
+    faults: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +94,7 @@ def value_cell(value: object, digits: int = 4) -> Cell:
     if isinstance(value, int | float):
         finite = float(value) if value == value else None
         if (isinstance(value, float) and not value.is_integer()) or abs(value) >= 1e9:
-            return Cell(number(finite, digits), finite)
+            return Cell(brief(finite, digits), finite)
         return Cell(MISSING if finite is None else f"{value:.0f}".replace("-", "−"), finite)
     return Cell(str(value))
 
@@ -104,8 +108,43 @@ def table_of(
     return Table(caption, [_head(name) for name in names], rows, folded=folded)
 
 
-def _head(name: str) -> str:
-    from ploughval.axes import unit_of
+def pair_cell(value: float, std: float) -> Cell:
+    """A cell with a value and its standard uncertainty."""
+    return Cell(with_std(value, std), value if math.isfinite(value) else None)
 
+
+BAND_HEAD = (
+    "Source",
+    "Band",
+    "From u, mm",
+    "To u, mm",
+    "Inclination β ± std, °",
+    "Outcrop x ± std, mm",
+    "Slip, mm",
+)
+
+
+def band_rows(bands: pd.DataFrame | None, source: str) -> list[list[Cell]]:
+    """Rows of :data:`BAND_HEAD`, one a band in the order of their starts."""
+    if bands is None:
+        return []
+    rows = []
+    for _, band in bands.sort_values("u_start_mm").iterrows():
+        value = {column: float(band[column]) for column in BAND_COLUMNS}
+        rows.append(
+            [
+                Cell(source, mark=source),
+                value_cell(value["band"]),
+                value_cell(value["u_start_mm"]),
+                value_cell(value["u_end_mm"]),
+                pair_cell(value["beta_deg"], value["beta_std_deg"]),
+                pair_cell(value["outcrop_x_mm"], value["outcrop_std_mm"]),
+                value_cell(value["slip_mm"]),
+            ]
+        )
+    return rows
+
+
+def _head(name: str) -> str:
     measure = unit(unit_of(name))
     return f"{label(name)}, {measure}" if measure else label(name)

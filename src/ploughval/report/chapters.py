@@ -5,7 +5,17 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 
-from ploughval.report.blocks import Chapter, Drawing, Pen, Table, table_of, value_cell
+from ploughval.report.blocks import (
+    BAND_HEAD,
+    Cell,
+    Chapter,
+    Drawing,
+    Pen,
+    Table,
+    band_rows,
+    table_of,
+    value_cell,
+)
 from ploughval.report.figures import (
     arm_figure,
     bands_figure,
@@ -100,11 +110,8 @@ def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
     missing = () if results.bands is not None else not_had(results, Step.BANDS, "The measured shear bands")
     if results.bands is None and results.model_bands is None and results.increments is None:
         return Chapter("bands", "Shear bands", notes=missing) if missing else None
-    tables = [
-        table_of(table, caption)
-        for table, caption in ((results.bands, "Measured bands"), (results.model_bands, "Predicted bands"))
-        if table is not None
-    ]
+    rows = [*band_rows(results.bands, "measured"), *band_rows(results.model_bands, "predicted")]
+    tables = [Table("Bands", BAND_HEAD, rows, kind="cards")] if rows else []
     drawing = pen.draw(
         bands_figure(
             results.bands,
@@ -196,17 +203,28 @@ def budget_chapter(results: Results, pen: Pen) -> Chapter | None:
     drawings = []
     if budget["share"].notna().any():
         shares = budget["share"].dropna().sort_values()
+        said = " A share is negative where a source offsets another." if shares.min() < 0 else ""
         names = [str(budget["source"][row]) for row in shares.index]
         drawings.append(
             pen.draw(
                 budget_figure(budget),
                 f"Shares of the variance of the force; largest: {names[-1]}, {shares.max():.0%}.",
-                "What the standard uncertainty of the force is made of.",
+                f"What the standard uncertainty of the force is made of.{said}",
             )
         )
     heads = {"sensitivity_N": "Sensitivity, N per unit", "share": "Share of variance"}
     head = [heads.get(name, name.replace("_", " ").capitalize()) for name in budget.columns]
-    rows = [[value_cell(value) for value in row] for row in budget.itertuples(index=False, name=None)]
+    rows = [
+        [
+            _percent(value) if name == "share" else value_cell(value)
+            for name, value in zip(budget.columns, row, strict=True)
+        ]
+        for row in budget.itertuples(index=False, name=None)
+    ]
     return Chapter(
         "budget", "Uncertainty of the force", drawings=drawings, tables=[Table("Budget", head, rows)]
     )
+
+
+def _percent(share: float) -> Cell:
+    return Cell(f"{100 * share:.1f} %".replace("-", "−"), share) if np.isfinite(share) else value_cell(None)

@@ -1,16 +1,14 @@
 """Several tests side by side: forces on the same axes, metrics and bands in columns."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
-from ploughval.axes import BAND_COLUMNS
-from ploughval.report.blocks import Cell, Chapter, Pen, Table, Tile, value_cell
+from ploughval.report.blocks import BAND_HEAD, Cell, Chapter, Pen, Table, Tile, band_rows
 from ploughval.report.figures import forces_figure
 from ploughval.report.figures.series import History
 from ploughval.report.results import MetricEntry, Results
-from ploughval.report.text import MISSING, label, number, unit, with_std
-from ploughval.report.verdict import counts, verdict
+from ploughval.report.text import MISSING, number, with_std
+from ploughval.report.verdict import counts, named, verdict
 
 
 def comparison_context(tests: Sequence[Results], pen: Pen) -> dict[str, Any]:
@@ -58,7 +56,7 @@ def _overview(tests: Sequence[Results], names: Sequence[str]) -> Chapter:
         for name, test in zip(names, tests, strict=True)
     ]
     head = ("Test", "Depth d, mm", "P₀, N", "Verdict")
-    return Chapter("overview", "Tests", tables=[Table("Tests", head, rows, cards=True)])
+    return Chapter("overview", "Tests", tables=[Table("Tests", head, rows, kind="cards")])
 
 
 def _forces(tests: Sequence[Results], names: Sequence[str], pen: Pen) -> Chapter | None:
@@ -83,19 +81,19 @@ def _forces(tests: Sequence[Results], names: Sequence[str], pen: Pen) -> Chapter
 
 
 def _metrics(tests: Sequence[Results], names: Sequence[str]) -> Chapter | None:
-    found: dict[str, str] = {}
+    found: dict[str, MetricEntry] = {}
     for test in tests:
         if test.metrics is not None:
-            found |= {name: metric.unit for name, metric in test.metrics.metrics.items() if name not in found}
+            found |= {name: metric for name, metric in test.metrics.metrics.items() if name not in found}
     if not found:
         return None
     tables = []
     for title, pick in (("Experiment ± std", _experiment), ("Model ± std", _model), ("Error E", _error)):
         rows = [
-            [Cell(label(name)), Cell(unit(measure)), *(pick(test.metric(name)) for test in tests)]
-            for name, measure in found.items()
+            [Cell(named(name, metric)), *(pick(test.metric(name)) for test in tests)]
+            for name, metric in found.items()
         ]
-        tables.append(Table(title, ("Metric", "Unit", *names), rows))
+        tables.append(Table(title, ("Metric", *names), rows))
     return Chapter("metrics", "Metrics", lead="The mark of an error says whether it agrees.", tables=tables)
 
 
@@ -120,32 +118,6 @@ def _bands(tests: Sequence[Results], names: Sequence[str]) -> Chapter | None:
     rows = []
     for name, test in zip(names, tests, strict=True):
         for source, bands in (("measured", test.bands), ("predicted", test.model_bands)):
-            if bands is None:
-                continue
-            for _, band in bands.iterrows():
-                value = {column: float(band[column]) for column in BAND_COLUMNS}
-                rows.append(
-                    [
-                        Cell(name),
-                        Cell(source),
-                        value_cell(value["band"]),
-                        value_cell(value["u_start_mm"]),
-                        _pair(value["beta_deg"], value["beta_std_deg"]),
-                        _pair(value["outcrop_x_mm"], value["outcrop_std_mm"]),
-                        value_cell(value["slip_mm"]),
-                    ]
-                )
-    head = (
-        "Test",
-        "Source",
-        "Band",
-        "Start u, mm",
-        "Inclination β ± std, °",
-        "Outcrop x ± std, mm",
-        "Slip, mm",
-    )
+            rows += [[Cell(name), *row] for row in band_rows(bands, source)]
+    head = ("Test", *BAND_HEAD)
     return Chapter("bands", "Shear bands", tables=[Table("Shear bands", head, rows)]) if rows else None
-
-
-def _pair(value: float, std: float) -> Cell:
-    return Cell(with_std(value, std), value if math.isfinite(value) else None)

@@ -59,7 +59,26 @@ def world_picture(
     small = _shrink(eight_bit(image), factor)
     at = (px - (factor - 1) / 2) / factor
     grey = map_coordinates(small, [at[..., 1], at[..., 0]], order=1, mode="constant", cval=OUTSIDE)
-    return Picture(grey=np.clip(np.round(grey), 0, 255).astype(np.uint8), extent=extent)
+    return _trimmed(np.clip(np.round(grey), 0, 255).astype(np.uint8), _inside(px, image.shape), extent)
+
+
+def _inside(px: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Which of the picture's pixels lie in the photograph."""
+    x, y = px[..., 0], px[..., 1]
+    inside: NDArray[np.bool_] = (x >= -0.5) & (x <= shape[1] - 0.5) & (y >= -0.5) & (y <= shape[0] - 0.5)
+    return inside
+
+
+def _trimmed(grey: NDArray[np.uint8], inside: NDArray[np.bool_], extent: Extent) -> Picture:
+    """Without the margins that the photograph does not reach."""
+    if not inside.any():
+        return Picture(grey=grey, extent=extent)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
+    x0, x1, y0, y1 = extent
+    dx, dy = (x1 - x0) / grey.shape[1], (y1 - y0) / grey.shape[0]
+    held = (x0 + left * dx, x0 + right * dx, y1 - bottom * dy, y1 - top * dy)
+    return Picture(grey=grey[top:bottom, left:right], extent=held)
 
 
 def _shrink(image: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:

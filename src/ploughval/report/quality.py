@@ -28,10 +28,10 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
         tables.append(_ledger("Photographs that were lost", lost, folded=False))
     if run.frames:
         tables.append(_ledger("All photographs", list(run.frames), folded=True))
-    notes = [*run.faults, *(w for w in run.warnings if w not in run.faults)]
-    if not (drawings or tables or notes):
+    notes = [text for text in run.warnings if text not in run.faults]
+    if not (drawings or tables or notes or run.faults):
         return None
-    return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes)
+    return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes, faults=run.faults)
 
 
 def _calibration(entry: CalibrationEntry) -> Table:

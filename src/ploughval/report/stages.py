@@ -5,7 +5,7 @@ import pandas as pd
 
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.figures import Side, layers_figure
-from ploughval.report.figures.layers import Extent, stage
+from ploughval.report.figures.layers import Extent, Points, stage
 from ploughval.report.photographs import Photographs
 from ploughval.report.results import Results
 
@@ -89,11 +89,13 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
         picture = None if photographs is None else photographs.picture(frame, extent, width=width)
         if photographs is not None and picture is None and not photographs.missing:
             unread.append(frame)
-        measured = Side(stage(results.layers, frame), stage(results.surface, frame), results.bands, picture)
-        predicted = Side(
-            stage(results.model_layers, frame), stage(results.model_surface, frame), results.model_bands
-        )
         u = _displacement(results, frame)
+        surface = stage(results.surface, frame)
+        above = stage(results.model_surface, frame)
+        ends = outcrops(results.bands, u, surface=surface)
+        measured = Side(stage(results.layers, frame), surface, ends, picture)
+        ends = outcrops(results.model_bands, u, surface=above, history=results.model_force)
+        predicted = Side(stage(results.model_layers, frame), above, ends)
         figure = layers_figure(
             predicted,
             measured,
@@ -112,6 +114,35 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
     notes = [photographs.missing] if photographs is not None and photographs.missing else []
     notes += [f"The photograph of frame {frame} is not shown: it cannot be read." for frame in unread]
     return Chapter("layers", title, lead=lead, grid=drawings, notes=notes)
+
+
+def outcrops(
+    bands: pd.DataFrame | None,
+    u_mm: float,
+    *,
+    surface: pd.DataFrame | None = None,
+    history: pd.DataFrame | None = None,
+) -> Points:
+    """Where the bands that slip at a displacement meet the surface, (K, 2) mm.
+
+    A band's outcrop keeps its x; its height is that of the surface there, or follows from the inclination in
+    the model's history, or from the band's start.
+    """
+    if bands is None:
+        return np.empty((0, 2))
+    active = bands[(bands["u_start_mm"] <= u_mm) & (bands["u_end_mm"].fillna(np.inf) >= u_mm)]
+    x = active["outcrop_x_mm"].to_numpy(float)
+    tangent = np.tan(np.radians(active["beta_deg"].to_numpy(float)))
+    y = (x - active["u_start_mm"].to_numpy(float)) * tangent
+    if surface is not None and surface["y_mm"].notna().any():
+        line = surface.dropna(subset=["x_mm", "y_mm"]).sort_values("x_mm")
+        inside = (x >= line["x_mm"].iloc[0]) & (x <= line["x_mm"].iloc[-1])
+        y = np.where(inside, np.interp(x, line["x_mm"], line["y_mm"]), y)
+    elif history is not None and len(history):
+        now = history.iloc[int((history["u_mm"] - u_mm).abs().argmin())]
+        rise = (x - u_mm) * np.tan(np.radians(float(now["beta_deg"])))
+        y = np.where(active["band"].to_numpy(float) == float(now["band"]), rise, y)
+    return np.column_stack([x, y])
 
 
 def _displacement(results: Results, frame: int) -> float:

@@ -14,7 +14,7 @@ _UNIT_NAMES = {
     "mm2": "mm²",
     "kN_m3": "kN/m³",
 }
-_ENDINGS = ("_kN_m3", "_N_m", "_Nm", "_mm2", "_mm", "_deg", "_mJ", "_px", "_N", "_s")
+_ENDINGS = ("_P0", "_kN_m3", "_N_m", "_Nm", "_mm2", "_mm", "_deg", "_mJ", "_px", "_N", "_s")
 _WORDS = {"u": "u", "std": "standard uncertainty", "rms": "RMS", "P0": "P₀", "beta": "β", "phi": "φ"}
 
 
@@ -34,6 +34,16 @@ def number(value: float | None, digits: int = 4) -> str:
     return _minus(f"{value:.{max(0, digits - 1 - size)}f}")
 
 
+def brief(value: float | None, digits: int = 4) -> str:
+    """A number without digits that say nothing.
+
+    >>> brief(0.05), brief(18.0), brief(11.30993), brief(-1234567.0)
+    ('0.05', '18', '11.31', '−1234567')
+    """
+    text = number(value, digits)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
 def with_std(value: float | None, std: float | None) -> str:
     """A value and its standard uncertainty, both to the second digit of the uncertainty.
 
@@ -43,7 +53,7 @@ def with_std(value: float | None, std: float | None) -> str:
     if value is None or not math.isfinite(value):
         return MISSING
     if std is None or not math.isfinite(std) or std <= 0:
-        return number(value)
+        return brief(value)
     places = max(0, 1 - math.floor(math.log10(std)))
     if places > 9:
         return f"{number(value, 6)} ± {number(std, 2)}"
@@ -63,7 +73,7 @@ def label(name: str) -> str:
     """A column or metric name as words, without its unit.
 
     >>> label("first_peak_N"), label("outcrop_x_mm"), label("area_validation_P0")
-    ('First peak', 'Outcrop x', 'Area validation P₀')
+    ('First peak', 'Outcrop x', 'Area validation')
     """
     for ending in _ENDINGS:
         if name.endswith(ending) and len(name) > len(ending):
@@ -71,7 +81,7 @@ def label(name: str) -> str:
             break
     words = [_WORDS.get(word, word) for word in re.split(r"[_\s]+", name) if word]
     text = " ".join(words)
-    return text[:1].upper() + text[1:] if text and text[:2] not in ("β", "u ") else text
+    return text if words[:1] in (["β"], ["φ"], ["u"]) else text[:1].upper() + text[1:]
 
 
 def slug(name: str) -> str:

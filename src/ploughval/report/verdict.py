@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-from ploughval.report.blocks import Cell, Chapter, Pen, Table, Tile
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile
 from ploughval.report.figures import agreement_figure
 from ploughval.report.results import MetricEntry, Results
 from ploughval.report.text import label, number, unit, with_std
 
-HEAD = ("Metric", "Unit", "Experiment ± std", "Model ± std", "Error E", "2 u_val", "Agrees", "Note")
+HEAD = ("Metric", "Experiment ± std", "Model ± std", "Error E", "2\u00a0u_val", "Agrees", "Note")
 
 
 def verdict(results: Results) -> str:
@@ -77,53 +77,89 @@ def _travel_mm(results: Results) -> float | None:
 
 
 def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """The table of metrics, and their errors in validation uncertainties."""
+    """The tables of metrics, and their errors in validation uncertainties."""
     if results.metrics is None or not results.metrics.metrics:
         return None
-    metrics = results.metrics.metrics
-    judged = [
-        (label(name), metric.error / metric.validation_std)
-        for name, metric in metrics.items()
-        if metric.error is not None and metric.validation_std
+    metrics = dict(sorted(results.metrics.metrics.items(), key=lambda item: _TOPICS.index(topic(item[0]))))
+    judged = {name: metric for name, metric in metrics.items() if metric.agrees is not None}
+    others = {name: metric for name, metric in metrics.items() if metric.agrees is None}
+    tables = [
+        _table(title, {name: metric for name, metric in judged.items() if topic(name) == title})
+        for title in dict.fromkeys(topic(name) for name in judged)
     ]
-    drawings = []
-    if judged:
-        names, ratios = zip(*judged, strict=True)
-        outside = [name for name, ratio in judged if abs(ratio) > 2]
-        said = (
-            f"Outside two validation uncertainties: {', '.join(outside)}."
-            if outside
-            else "All are within two."
-        )
-        drawings.append(
-            pen.draw(
-                agreement_figure(names, ratios),
-                f"Errors of {len(judged)} metrics in units of their validation uncertainty. {said}",
-                f"Errors in units of the validation uncertainty. {said}",
-            )
-        )
+    if others:
+        tables.append(_table("Metrics that cannot be judged", others, folded=bool(judged)))
     return Chapter(
         key="agreement",
         title="Agreement",
         lead="E is model minus experiment; u_val gathers the standard uncertainties of experiment, "
         "input and numerics. Where |E| is at most 2 u_val, model and experiment agree as far as can be told.",
-        drawings=drawings,
-        tables=[Table("Metrics", HEAD, [_row(name, metric) for name, metric in metrics.items()], cards=True)],
+        drawings=_agreement_drawing(metrics, pen),
+        tables=tables,
         notes=[text for text in results.metrics.warnings if text not in results.run.warnings],
     )
 
 
-def _row(name: str, metric: MetricEntry) -> list[Cell]:
+_TOPICS = ("Force", "Shear bands", "Layers", "Free surface", "Friction")
+
+
+def topic(name: str) -> str:
+    """What a metric is about, from its name.
+
+    >>> topic("first_peak_N"), topic("second_outcrop_x_mm"), topic("layers_rms_mm")
+    ('Force', 'Shear bands', 'Layers')
+    """
+    words = set(name.split("_"))
+    if words & {"band", "bands", "outcrop", "beta"}:
+        return "Shear bands"
+    for first, title in (("layer", "Layers"), ("surface", "Free surface"), ("mobilised", "Friction")):
+        if name.startswith(first):
+            return title
+    return "Force"
+
+
+def _agreement_drawing(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Drawing]:
+    ratios = {
+        label(name): metric.error / metric.validation_std
+        for name, metric in metrics.items()
+        if metric.error is not None and metric.validation_std
+    }
+    if not ratios:
+        return []
+    outside = [name for name, ratio in ratios.items() if abs(ratio) > 2]
+    said = f"Outside two of them: {', '.join(outside)}." if outside else "All are within two."
+    words = f"Errors of {len(ratios)} metrics in validation uncertainties. {said}"
+    return [pen.draw(agreement_figure(list(ratios), list(ratios.values())), words, words)]
+
+
+def _table(title: str, metrics: Mapping[str, MetricEntry], *, folded: bool = False) -> Table:
+    notes = list(dict.fromkeys(metric.note for metric in metrics.values() if metric.note))
+    rows = [_row(name, metric, notes) for name, metric in metrics.items()]
+    return Table(title, HEAD, rows, folded=folded, kind="metrics", footnotes=notes)
+
+
+def named(name: str, metric: MetricEntry) -> str:
+    """A metric's name with its unit."""
+    measure = "P₀" if name.endswith("_P0") else unit(metric.unit)
+    return f"{label(name)}, {measure}" if measure else label(name)
+
+
+def _row(name: str, metric: MetricEntry, notes: list[str]) -> list[Cell]:
     twice = None if metric.validation_std is None else 2 * metric.validation_std
     words = {True: ("yes", "agrees"), False: ("no", "differs"), None: ("unknown", "unknown")}
     word, mark = words[metric.agrees]
     return [
-        Cell(label(name)),
-        Cell(unit(metric.unit)),
+        Cell(named(name, metric)),
         Cell(with_std(metric.experiment, metric.experiment_std), metric.experiment),
         Cell(with_std(metric.model, metric.model_std), metric.model),
         Cell(number(metric.error, 3), metric.error),
         Cell(number(twice, 3), twice),
         Cell(word, mark=mark),
-        Cell(metric.note),
+        Cell(_letter(notes.index(metric.note)) if metric.note else ""),
     ]
+
+
+def _letter(place: int) -> str:
+    """Letters of footnotes as an ordered list counts them: a to z, aa, ab."""
+    letter = chr(ord("a") + place % 26)
+    return letter if place < 26 else _letter(place // 26 - 1) + letter

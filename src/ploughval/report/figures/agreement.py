@@ -38,7 +38,7 @@ def agreement_figure(names: Sequence[str], ratios: Sequence[float]) -> Figure:
         axes.plot(shown[beyond], rows[beyond], marker, color=MODEL, ms=8, clip_on=False)
         for row, value in zip(rows[beyond], values[beyond], strict=True):
             axes.annotate(
-                f"{value:+.0f}",
+                f"{value:+.0f}".replace("-", "−"),
                 (side * FARTHEST, row),
                 xytext=(-9 * side, 0),
                 textcoords="offset points",
@@ -52,5 +52,5 @@ def agreement_figure(names: Sequence[str], ratios: Sequence[float]) -> Figure:
     axes.spines["left"].set_visible(False)
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlim(-FARTHEST * 1.03, FARTHEST * 1.03)
-    axes.set_xlabel("error E = model − experiment, in validation uncertainties (grey: agrees)")
+    axes.set_xlabel("E / u_val, model − experiment (grey: agrees)")
     return figure

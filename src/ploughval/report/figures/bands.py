@@ -4,11 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from ploughval.report.figures.style import MEASURED, MODEL, new_figure, styled
-
-Values = NDArray[np.float64]
 
 
 @styled
@@ -36,7 +33,7 @@ def bands_figure(
     above, below = figure.subplots(2, 1, sharex=True)
     for axes, value, std in ((above, "outcrop_x_mm", "outcrop_std_mm"), (below, "beta_deg", "beta_std_deg")):
         if bands is not None:
-            _bars(axes, bands, value, std)
+            _bars(axes, bands, increments, value, std)
         if increments is not None:
             _points(axes, increments, value, std)
         if model_force is not None:
@@ -52,33 +49,24 @@ def bands_figure(
     return figure
 
 
-def _bars(axes: Axes, bands: pd.DataFrame, value: str, std: str) -> None:
-    """A band's life as a bar two standard deviations to either side; its inclination holds at its start."""
+def _bars(axes: Axes, bands: pd.DataFrame, increments: pd.DataFrame | None, value: str, std: str) -> None:
+    """A band's life as a bar two standard deviations to either side.
+
+    The outcrop stays, so its bar is level; the inclination's bar follows the increments, where there are any.
+    """
     label: str | None = "bands, measured ± 2 std"
     for _, band in bands.iterrows():
-        u = np.linspace(float(band["u_start_mm"]), float(band["u_end_mm"]), 40)
-        middle = _along(band, u, value)
-        spread = 2 * np.nan_to_num(float(band[std]))
+        u = np.array([float(band["u_start_mm"]), float(band["u_end_mm"])])
+        middle, spread = np.full(2, float(band[value])), np.full(2, float(band[std]))
+        if value == "beta_deg" and increments is not None:
+            own = increments[(increments["band"] == band["band"]) & increments[value].notna()]
+            if len(own) > 1:
+                u, middle, spread = (own[name].to_numpy(float) for name in ("u_mm", value, std))
+        spread = 2 * np.nan_to_num(spread)
         axes.fill_between(
-            u,
-            middle - spread,
-            middle + spread,
-            color=MEASURED,
-            alpha=0.25,
-            lw=1.5,
-            label=label,
+            u, middle - spread, middle + spread, color=MEASURED, alpha=0.25, lw=2.5, label=label
         )
         label = None
-
-
-def _along(band: pd.Series, u_mm: Values, value: str) -> Values:
-    """Outcrop or inclination of a band at displacements of its life: the outcrop stays, so it steepens."""
-    x, start = float(band["outcrop_x_mm"]), float(band["u_start_mm"])
-    if value == "outcrop_x_mm":
-        return np.full(u_mm.shape, x)
-    rise = (x - start) * np.tan(np.radians(float(band["beta_deg"])))
-    beta: Values = np.degrees(np.arctan2(rise, x - u_mm))
-    return beta
 
 
 def _points(axes: Axes, increments: pd.DataFrame, value: str, std: str) -> None:
@@ -106,6 +94,6 @@ def _histories(axes: Axes, model: pd.DataFrame, value: str) -> None:
 def _starts(axes: Axes, bands: pd.DataFrame, value: str) -> None:
     label: str | None = "predicted"
     for _, band in bands.iterrows():
-        u = np.linspace(float(band["u_start_mm"]), float(band["u_end_mm"]), 40)
-        axes.plot(u, _along(band, u, value), color=MODEL, ls="--", lw=1.8, label=label)
+        ends = [band["u_start_mm"], band["u_end_mm"]]
+        axes.plot(ends, [band[value]] * 2, color=MODEL, ls="--", lw=1.8, label=label)
         label = None

@@ -3,16 +3,20 @@
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.report.figures.layers import Extent, draw_blade
-from ploughval.report.figures.style import INK, new_figure, styled
+from ploughval.report.figures.style import INK, STAGE_WIDTH_IN, new_figure, styled
 
 Points = NDArray[np.float64]
 MOST_VECTOR_POINTS = 600
 MOST_ARROWS = 140
+# Without the darkest part, which would vanish on a dark page.
+_COLOURS = LinearSegmentedColormap.from_list("sand", colormaps["cividis"](np.linspace(0.25, 1.0, 64)))
 
 
 def increment(tracks: xr.Dataset, before: int, after: int) -> tuple[Points, Points]:
@@ -60,11 +64,11 @@ def field_figure(
     du = float(u[after] - u[before])
     rate = moved / du
     x0, x1, y0, y1 = extent
-    figure = new_figure(1.0 + min(5.2 * (y1 - y0) / (x1 - x0), 4.0))
+    figure = new_figure(1.15 + min(4.5 * (y1 - y0) / (x1 - x0), 4.0), width_in=STAGE_WIDTH_IN)
     axes = figure.subplots()
     size = np.hypot(rate[:, 0], rate[:, 1])
     points = axes.scatter(
-        position[:, 0], position[:, 1], c=size, s=9, cmap="cividis", vmin=0, vmax=1.25, lw=0,
+        position[:, 0], position[:, 1], c=size, s=9, cmap=_COLOURS, vmin=0, vmax=1.25, lw=0,
         rasterized=len(size) > MOST_VECTOR_POINTS,
     )  # fmt: skip
     _arrows(axes, position, rate, size)

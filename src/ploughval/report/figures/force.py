@@ -9,9 +9,19 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, legend_above, new_figure, styled
+from ploughval.report.figures.style import (
+    INK,
+    MEASURED,
+    MODEL,
+    MUTED,
+    legend_above,
+    new_figure,
+    plain,
+    styled,
+)
 
 MOST_POINTS = 4000
+LEAST_SHARE = 0.0005  # what is less is in the table alone
 
 
 def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:
@@ -188,23 +198,24 @@ def budget_figure(budget: pd.DataFrame) -> Figure:
     budget : DataFrame (source, value, std, unit, sensitivity_N, share)
         Shares are fractions of the variance.
     """
-    rows = budget[budget["share"].notna()].sort_values("share")
+    rows = budget[budget["share"].abs() >= LEAST_SHARE].sort_values("share")
     figure = new_figure(0.9 + 0.3 * max(len(rows), 1))
     axes = figure.subplots()
     share = rows["share"].to_numpy(float) * 100
-    names = [name.replace("_", " ").replace("$", r"\$") for name in rows["source"]]
+    names = [plain(name.replace("_", " ")) for name in rows["source"]]
     axes.barh(range(len(rows)), share, color=MEASURED, height=0.62)
     for place, value in enumerate(share):
         axes.annotate(
-            f"{value:.1f} %",
-            (value, place),
+            f"{value:.1f} %".replace("-", "−"),
+            (max(value, 0.0), place),
             xytext=(4, 0),
             textcoords="offset points",
             va="center",
             fontsize=9,
         )
+    axes.axvline(0, color=MUTED, lw=0.8)
     axes.set_yticks(range(len(rows)), names)
     axes.grid(visible=False, axis="y")
-    axes.set_xlim(0, max(100.0, 1.12 * share.max(initial=0.0)))
+    axes.set_xlim(1.05 * share.min(initial=0.0), max(100.0, 1.2 * share.max(initial=0.0)))
     axes.set_xlabel("share of the variance, %")
     return figure

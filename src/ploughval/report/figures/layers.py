@@ -19,12 +19,15 @@ from ploughval.report.figures.style import (
     ON_PHOTO_MEASURED,
     ON_PHOTO_MODEL,
     SAND,
+    STAGE_WIDTH_IN,
     STEEL,
     new_figure,
     styled,
 )
 
 Extent = tuple[float, float, float, float]
+Points = NDArray[np.float64]
+_BAND_DASH = (0, (6, 1.5, 1, 1.5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +40,14 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """What one panel shows at one stage; tables are cut to the stage, None where there is none."""
+    """What one panel shows at one stage, None where there is none.
+
+    Tables are cut to the stage; ``outcrops_mm`` (K, 2) are where the bands that slip then meet the surface.
+    """
 
     layers: pd.DataFrame | None = None
     surface: pd.DataFrame | None = None
-    bands: pd.DataFrame | None = None
+    outcrops_mm: Points | None = None
     picture: Picture | None = None
 
     @property
@@ -75,15 +81,15 @@ def layers_figure(
     """
     sides = [(s, t) for s, t in ((predicted, "predicted"), (measured, "measured")) if not s.empty]
     x0, x1, y0, y1 = extent
-    panel = 5.6 * (y1 - y0) / (x1 - x0)
-    figure = new_figure(0.75 + max(len(sides), 1) * (min(panel, 4.0) + 0.12))
+    panel = 4.6 * (y1 - y0) / (x1 - x0)
+    figure = new_figure(0.75 + max(len(sides), 1) * (min(panel, 4.0) + 0.12), width_in=STAGE_WIDTH_IN)
     grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (side, title) in zip(grid, sides, strict=False):
         other = predicted if title == "measured" else None
         _panel(axes, side, title, other)
-        draw_blade(axes, u_mm, extent, thickness_mm)
-        for band in _active(side.bands, u_mm):
-            _band(axes, band, u_mm, MODEL if title == "predicted" else MEASURED, side.picture is not None)
+        draw_blade(axes, u_mm, extent, thickness_mm, outline=side.picture is not None)
+        for outcrop in () if side.outcrops_mm is None else side.outcrops_mm:
+            _band(axes, outcrop, u_mm, MODEL if title == "predicted" else MEASURED, side.picture is not None)
         axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
         axes.grid(visible=False)
         axes.set_ylabel("y, mm")
@@ -111,7 +117,7 @@ def _panel(axes: Axes, side: Side, title: str, other: Side | None) -> None:
         ink = ON_PHOTO_HALO if on_photo else INK
         axes.plot(side.surface["x_mm"], side.surface["y_mm"], color=ink, lw=1.1, zorder=3)
     if other is not None and other.layers is not None:
-        _lines(axes, other.layers, ON_PHOTO_MODEL if on_photo else MODEL, 1.0, "--", halo=False)
+        _lines(axes, other.layers, ON_PHOTO_MODEL if on_photo else MODEL, 1.0, "--", halo=on_photo)
     if side.layers is not None:
         _lines(axes, side.layers, over if on_photo else colour, 1.6, "-", halo=on_photo)
     text = title if other is None or other.layers is None else "measured (dashed: predicted)"
@@ -133,28 +139,27 @@ def _lines(axes: Axes, layers: pd.DataFrame, colour: str, width: float, dash: st
         )
 
 
-def draw_blade(axes: Axes, u_mm: float, extent: Extent, thickness_mm: float) -> None:
-    """The blade as a plate: its face at u, its tip at y = 0."""
+def draw_blade(
+    axes: Axes, u_mm: float, extent: Extent, thickness_mm: float, *, outline: bool = False
+) -> None:
+    """The blade as a plate: its face at u, its tip at y = 0; over a photograph its outline alone."""
     height = extent[3] - min(0.0, extent[2])
     axes.add_patch(
         Rectangle(
-            (u_mm - thickness_mm, 0), thickness_mm, height, facecolor=STEEL, edgecolor=INK, lw=0.8, zorder=6
+            (u_mm - thickness_mm, 0),
+            thickness_mm,
+            height,
+            facecolor="none" if outline else STEEL,
+            edgecolor=ON_PHOTO_HALO if outline else INK,
+            lw=1.2 if outline else 0.8,
+            zorder=6,
         )
     )
 
 
-def _active(bands: pd.DataFrame | None, u_mm: float) -> list[pd.Series]:
-    """Bands that slip at this displacement; of two that meet there, both."""
-    if bands is None:
-        return []
-    end = bands["u_end_mm"].fillna(np.inf)
-    return [row for _, row in bands[(bands["u_start_mm"] <= u_mm) & (end >= u_mm)].iterrows()]
-
-
-def _band(axes: Axes, band: pd.Series, u_mm: float, colour: str, on_photo: bool) -> None:
-    """From the tip to the outcrop, which stays where it was when the band started."""
-    x = float(band["outcrop_x_mm"])
-    y = (x - float(band["u_start_mm"])) * np.tan(np.radians(float(band["beta_deg"])))
+def _band(axes: Axes, outcrop_mm: Points, u_mm: float, colour: str, on_photo: bool) -> None:
+    """From the tip to the outcrop."""
     effects = [Stroke(linewidth=4.5, foreground=ON_PHOTO_HALO, alpha=0.6), Normal()] if on_photo else None
-    axes.plot([u_mm, x], [0, y], color=colour, lw=2.4, ls=(0, (4, 1.5)), path_effects=effects, zorder=5)
+    x, y = outcrop_mm
+    axes.plot([u_mm, x], [0, y], color=colour, lw=2.4, ls=_BAND_DASH, path_effects=effects, zorder=5)
     axes.plot([x], [y], "o", color=colour, ms=5, mec=MUTED, zorder=6)

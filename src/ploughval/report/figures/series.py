@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ploughval.report.figures.force import thin
-from ploughval.report.figures.style import INK, MEASURED, SERIES, legend_above, new_figure, plain, styled
+from ploughval.report.figures.style import INK, MEASURED, SERIES, new_figure, plain, styled
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,5 +80,6 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     axes.set_xlabel("u / d")
     axes.set_ylabel("P / P₀, measured" if measured else "P / P₀, predicted")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    legend_above(axes, columns=2)
+    if axes.lines:
+        figure.legend(loc="outside upper center", ncols=2)
     return figure

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.style import MODEL, SERIES, legend_above, new_figure, styled
+from ploughval.report.figures.style import MODEL, SERIES, new_figure, styled
 
 _MARKERS = "osD^vP"
 
@@ -52,5 +52,5 @@ def mobilised_figure(
         )
     axes.set_xlabel("slip on the band, mm")
     axes.set_ylabel("mobilised friction φ, °")
-    legend_above(axes)
+    figure.legend(loc="outside upper center", ncols=3)
     return figure

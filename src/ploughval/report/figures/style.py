@@ -45,6 +45,7 @@ SERIES = (MEASURED, MODEL, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 DASHES = ("-", "--", "-.", ":")
 
 WIDTH_IN = 6.4
+STAGE_WIDTH_IN = 5.4  # two stand side by side on a wide page
 _RC: Any = {
     "font.size": 10,
     "font.family": "sans-serif",
