@@ -232,3 +232,38 @@ def test_a_16_bit_board_picture_is_stretched_to_8_bits(tmp_path):
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, np.array([[0, 500], [1000, 250]], np.uint16))
     np.testing.assert_allclose(decode_8bit(path), [[0, 127], [255, 63]], atol=1)
+
+
+def write_dng(path, levels, orientation):
+    """A minimal linear DNG: (H, W) uint16 sensor values under a red-green-blue mosaic, white at 16383."""
+    unit = (1, 1, 0, 1, 0, 1, 0, 1, 1, 1, 0, 1, 0, 1, 0, 1, 1, 1)
+    tags = [
+        (50706, "B", 4, bytes([1, 4, 0, 0]), True),
+        (50707, "B", 4, bytes([1, 1, 0, 0]), True),
+        (50708, "s", 0, "Test", True),
+        (33421, "H", 2, (2, 2), True),
+        (33422, "B", 4, bytes([0, 1, 1, 2]), True),
+        (50714, "H", 1, 0, True),
+        (50717, "H", 1, 16383, True),
+        (50721, "2i", 9, unit, True),
+        (50778, "H", 1, 21, True),
+        (50728, "2I", 3, (1, 1, 1, 1, 1, 1), True),
+        (274, "H", 1, orientation, True),
+    ]
+    tifffile.imwrite(path, levels, photometric=32803, extratags=tags, metadata=None)
+
+
+def test_raw_is_linear_16_bit_and_not_turned(tmp_path):
+    pytest.importorskip("rawpy")
+    levels = np.full((60, 80), 4000, np.uint16)
+    levels[20:40, 30:60] = 12000
+    path = tmp_path / "a.dng"
+    write_dng(path, levels, 6)
+    image = decode(path)
+    assert read_header(path).shape == image.shape == (60, 80)
+    assert read_header(path).orientation == 6
+    assert image.dtype == np.uint16
+    assert image[30, 45] / image[5, 5] == pytest.approx(3.0, rel=1e-3)
+    path.write_bytes(path.read_bytes()[:4000])
+    with pytest.raises(DataError, match="cannot be decoded as RAW"):
+        decode(path)

@@ -280,7 +280,7 @@ def _raw_header(path: Path) -> Header:
         with rawpy.imread(str(path)) as raw:
             shape = (int(raw.sizes.height), int(raw.sizes.width))
     except rawpy.LibRawError as error:
-        raise DataError(f"cannot be read as RAW: {error}", path=path) from error
+        raise DataError(f"cannot be read as RAW: {_raw_reason(error)}", path=path) from error
     orientation, exif = _file_exif(path)
     return Header(shape, orientation, 16, (0,), exif)
 
@@ -289,7 +289,19 @@ def _decode_raw(path: Path) -> Samples:
     rawpy = _rawpy(path)
     try:
         with rawpy.imread(str(path)) as raw:
-            linear = {"gamma": (1, 1), "no_auto_bright": True, "output_bps": 16, "user_flip": 0}
-            return np.asarray(raw.postprocess(use_camera_wb=True, **linear), np.uint16)
+            image = raw.postprocess(
+                output_bps=16,
+                user_flip=0,  # as the sensor stands
+                gamma=(1, 1),
+                user_wb=[1, 1, 1, 1],  # the camera's own balance may change from frame to frame
+                no_auto_bright=True,
+                adjust_maximum_thr=0.0,
+            )
+            return np.asarray(image, np.uint16)
     except rawpy.LibRawError as error:
-        raise DataError(f"cannot be decoded as RAW: {error}", path=path) from error
+        raise DataError(f"cannot be decoded as RAW: {_raw_reason(error)}", path=path) from error
+
+
+def _raw_reason(error: Exception) -> str:
+    reason = error.args[0] if error.args else error
+    return reason.decode(errors="replace") if isinstance(reason, bytes) else str(reason)
