@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import spline_filter
 
-PAD = 12
-"""Mirrored coefficients kept around the picture, px: the widest reach of any tap."""
+PAD = 16
+"""Mirrored coefficients kept around the picture, px: the reach of any tap, and the rest of a vector of 8."""
 
 
 def spline_coefficients(image: NDArray[np.generic], spline: int) -> NDArray[np.float32]:

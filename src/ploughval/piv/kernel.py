@@ -52,6 +52,7 @@ class Work(NamedTuple):
 def make_work(side: int, terms: int) -> Work:
     """Scratch for subsets of ``side`` px and shape functions of ``terms`` coefficients an axis."""
     n = side * side
+    wide = (side + 7) // 8 * 8
     return Work(
         f=np.zeros(n),
         g=np.zeros(n),
@@ -62,12 +63,12 @@ def make_work(side: int, terms: int) -> Work:
         inverse=np.zeros((2 * terms, 2 * terms)),
         rhs=np.zeros(2 * terms),
         step=np.zeros(2 * terms),
-        rows=np.zeros((4, side + 2 * PAD, side), np.float32),
-        column=np.zeros((5, side), np.float32),
+        rows=np.zeros((4, side + 2 * PAD, wide), np.float32),
+        column=np.zeros((5, wide), np.float32),
         slopes=np.zeros(2),
-        line=np.zeros((14, side), np.float32),
-        place=np.zeros((2, side)),
-        floor=np.zeros((2, side), np.int64),
+        line=np.zeros((14, 2 * wide), np.float32),
+        place=np.zeros((2, 2 * wide)),
+        floor=np.zeros((2, 2 * wide), np.int64),
         smooth=np.zeros((2, n)),
     )
 
@@ -124,15 +125,16 @@ def _gather(
     if (y1 - y0 + 1) * (x1 - x0 + 1) < LEAST_SHARE * side * side or y1 < y0 or x1 < x0:
         return EDGE
     width = x1 - x0 + 1
+    padded = (width + 7) // 8 * 8
     for k in range(y1 - y0 + 1 + 2 * reach):
         line = reference[y0 - reach + k + PAD, x0 - reach + PAD :]
         for m in range(4):
-            _correlate_line(line, taps[m], work.rows[m, k, :width])
+            _correlate_line(line, taps[m], work.rows[m, k, :padded])
     used = 0
     work.slopes[:] = 0.0
     for y in range(y0, y1 + 1):
         for m in range(5):
-            _correlate_columns(work.rows[COLUMN_OF[m]], y - y0, taps[TAP_OF[m]], work.column[m, :width])
+            _correlate_columns(work.rows[COLUMN_OF[m]], y - y0, taps[TAP_OF[m]], work.column[m, :padded])
         for i in range(width):
             x = x0 + i
             if mask[y, x] == 0:
@@ -230,44 +232,66 @@ def _prepare(work: Work) -> float:
 
 
 @_jit
-def _blend(current: Singles, row: int, column: int, first: int, count: int, work: Work, out: Singles) -> None:
+def _blend_quintic(current: Singles, row: int, column: int, first: int, count: int, line: Singles) -> None:
     """Interpolate pixels that read consecutive columns of the same rows: contiguous, to vectorise."""
-    line = work.line
-    for i in range(count):
-        out[i] = 0.0
-    if line.shape[0] == 14 and line[13, 0] == 6.0:
-        a0, a1, a2 = line[0, first:], line[1, first:], line[2, first:]
-        a3, a4, a5 = line[3, first:], line[4, first:], line[5, first:]
-        for k in range(6):
-            c = current[row + k, column : column + count + 5]
-            b = line[6 + k, first:]
-            for i in range(count):
-                s = a0[i] * c[i] + a1[i] * c[i + 1] + a2[i] * c[i + 2]
-                s += a3[i] * c[i + 3] + a4[i] * c[i + 4] + a5[i] * c[i + 5]
-                out[i] += b[i] * s
-    else:
-        a0, a1, a2, a3 = line[0, first:], line[1, first:], line[2, first:], line[3, first:]
-        for k in range(4):
-            c = current[row + k, column : column + count + 3]
-            b = line[6 + k, first:]
-            for i in range(count):
-                s = a0[i] * c[i] + a1[i] * c[i + 1] + a2[i] * c[i + 2] + a3[i] * c[i + 3]
-                out[i] += b[i] * s
+    a0, a1, a2 = (
+        line[0, first : first + count],
+        line[1, first : first + count],
+        line[2, first : first + count],
+    )
+    a3, a4, a5 = (
+        line[3, first : first + count],
+        line[4, first : first + count],
+        line[5, first : first + count],
+    )
+    out = line[12, first : first + count]
+    out[:] = np.float32(0.0)
+    for k in range(6):
+        c = current[row + k, column : column + count + 5]
+        b = line[6 + k, first : first + count]
+        for i in range(count):
+            out[i] += b[i] * (
+                a0[i] * c[i]
+                + a1[i] * c[i + 1]
+                + a2[i] * c[i + 2]
+                + a3[i] * c[i + 3]
+                + a4[i] * c[i + 4]
+                + a5[i] * c[i + 5]
+            )
+
+
+@_jit
+def _blend_cubic(current: Singles, row: int, column: int, first: int, count: int, line: Singles) -> None:
+    """The same with the four nodes of a cubic spline."""
+    a0, a1 = line[0, first : first + count], line[1, first : first + count]
+    a2, a3 = line[2, first : first + count], line[3, first : first + count]
+    out = line[12, first : first + count]
+    out[:] = np.float32(0.0)
+    for k in range(4):
+        c = current[row + k, column : column + count + 3]
+        b = line[6 + k, first : first + count]
+        for i in range(count):
+            out[i] += b[i] * (a0[i] * c[i] + a1[i] * c[i + 1] + a2[i] * c[i + 2] + a3[i] * c[i + 3])
 
 
 @_jit
 def _weigh(place: Floats, floor: Ints, poly: Singles, weights: Singles, t: Singles) -> None:
     """Basis functions of every pixel of a row, by Horner's rule; pixels innermost, to vectorise."""
-    nodes, powers = poly.shape
-    for i in range(place.size):
+    for i in range(t.size):
         t[i] = place[i] - floor[i]
-    for k in range(nodes):
-        target = weights[k]
-        target[:] = poly[k, powers - 1]
-        for j in range(powers - 2, -1, -1):
-            c = poly[k, j]
+    quintic = poly.shape[0] == 6
+    for k in range(poly.shape[0]):
+        out = weights[k]
+        a0, a1, a2, a3 = poly[k, 0], poly[k, 1], poly[k, 2], poly[k, 3]
+        if quintic:
+            a4, a5 = poly[k, 4], poly[k, 5]
             for i in range(t.size):
-                target[i] = target[i] * t[i] + c
+                x = t[i]
+                out[i] = a0 + x * (a1 + x * (a2 + x * (a3 + x * (a4 + x * a5))))
+        else:
+            for i in range(t.size):
+                x = t[i]
+                out[i] = a0 + x * (a1 + x * (a2 + x * a3))
 
 
 @_jit
@@ -277,21 +301,29 @@ def _warp(
     """Places of one row's pixels in the current picture; pixels that leave it lose their weight."""
     terms = mono.shape[0]
     half = side // 2
+    last = (extent[1] - 1.0, extent[0] - 1.0)
     lost = 0
-    for i in range(side):
-        n = row * side + i
-        x, y = float(cx + i - half), float(cy + row - half)
+    start = row * side
+    for axis in range(2):
+        place = work.place[axis]
+        for i in range(side):
+            place[i] = float(cx - half + i) if axis == 0 else float(cy - half + row)
         for m in range(terms):
-            x += p[m] * mono[m, n]
-            y += p[terms + m] * mono[m, n]
-        if not (x >= 0.0 and y >= 0.0 and x <= extent[1] - 1 and y <= extent[0] - 1):
-            if work.weight[n] != 0.0:
-                work.weight[n] = 0.0
-                lost += 1
-            x = min(max(x, 0.0), extent[1] - 1.0) if x == x else 0.0
-            y = min(max(y, 0.0), extent[0] - 1.0) if y == y else 0.0
-        work.place[0, i], work.place[1, i] = x, y
-        work.floor[0, i], work.floor[1, i] = int(np.floor(x)), int(np.floor(y))
+            factor, shape = p[axis * terms + m], mono[m, start : start + side]
+            for i in range(side):
+                place[i] += factor * shape[i]
+        low, high = place[0], place[0]
+        for i in range(side):
+            low, high = min(low, place[i]), max(high, place[i])
+        if not (low >= 0.0 and high <= last[axis]):
+            for i in range(side):
+                if not 0.0 <= place[i] <= last[axis]:
+                    lost += work.weight[start + i] != 0.0
+                    work.weight[start + i] = 0.0
+                    place[i] = min(max(place[i], 0.0), last[axis]) if place[i] == place[i] else 0.0
+        floor = work.floor[axis]
+        for i in range(side):
+            floor[i] = int(place[i])
     return lost
 
 
@@ -309,25 +341,27 @@ def _sample(  # noqa: PLR0913
 ) -> int:
     """Current picture at the warped subset, row by row; returns how many pixels left the picture."""
     lost = 0
-    support = poly.shape[0] // 2 - 1
-    work.line[13, 0] = poly.shape[0]
-    xs, ys = work.floor[0], work.floor[1]
+    nodes = poly.shape[0]
+    shift = PAD - (nodes // 2 - 1)
+    xs, ys, line = work.floor[0], work.floor[1], work.line
     for row in range(side):
         lost += _warp(p, mono, cx, cy, row, side, extent, work)
-        _weigh(work.place[0], xs, poly, work.line[0:6], work.line[12])
-        _weigh(work.place[1], ys, poly, work.line[6:12], work.line[12])
+        _weigh(work.place[0], xs, poly, line[0:6], line[13])
+        _weigh(work.place[1], ys, poly, line[6:12], line[13])
         first = 0
         while first < side:
             last = first + 1
             while last < side and xs[last] - last == xs[first] - first and ys[last] == ys[first]:
                 last += 1
-            out = work.line[12, first:last]
-            _blend(
-                current, ys[first] - support + PAD, xs[first] - support + PAD, first, last - first, work, out
-            )
-            for i in range(first, last):
-                work.g[row * side + i] = work.line[12, i]
+            # Whole vectors of 8: what is written beyond the run is overwritten by the next one.
+            count = (last - first + 7) // 8 * 8
+            if nodes == 6:
+                _blend_quintic(current, ys[first] + shift, xs[first] + shift, first, count, line)
+            else:
+                _blend_cubic(current, ys[first] + shift, xs[first] + shift, first, count, line)
             first = last
+        for i in range(side):
+            work.g[row * side + i] = line[12, i]
     return lost
 
 
