@@ -1,12 +1,14 @@
-"""Standard uncertainties of force and line of action: first-order propagation (JCGM 100:2008, eq. 13)."""
+"""Standard uncertainties of force and line of action (JCGM 100:2008, eq. 13 and G.4)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 Floats = NDArray[np.float64]
+_NORMAL_95 = 1.959964
 BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 
 
@@ -17,6 +19,7 @@ class Sources:
     noise_cov: Floats  # random, fresh in every sample
     zero_cov: Floats  # systematic over the test, like all that follow but the variation
     friction_cov: Floats
+    friction_dof: float  # degrees of freedom behind friction_cov
     variation_cov: Floats  # of friction along the travel: random, while the blade moves
     gain_relative_std: Floats  # (2,) of the calibration constants
     spacing_mm: float
@@ -38,7 +41,8 @@ def force_std(cells: Floats, force_N: Floats, moving: NDArray[np.bool_], sources
     gains: Floats = (sources.gain_relative_std * per_Nm) ** 2
     variance += gains[0] * cells[0] ** 2 + gains[1] * cells[1] ** 2
     variance += (force_N * (sources.spacing_std_mm / sources.spacing_mm)) ** 2
-    return np.asarray(np.sqrt(variance))
+    friction = np.where(moving, float(gradient @ sources.friction_cov @ gradient), 0.0)
+    return np.sqrt(variance) * _widening(friction, variance, sources.friction_dof)
 
 
 def arm_std(cells: Floats, force_N: Floats, moving: NDArray[np.bool_], sources: Sources) -> Floats:
@@ -51,17 +55,33 @@ def arm_std(cells: Floats, force_N: Floats, moving: NDArray[np.bool_], sources: 
         scale = 1e6 / (sources.spacing_mm * force_N**2)  # mm / (N m), times a moment
         by_upper, by_lower = cells[1] * scale, -cells[0] * scale
         by_spacing = -1000.0 * cells[1] / (force_N * sources.spacing_mm)
+
+    def load_free(cov: Floats) -> Floats:
+        cross = 2 * by_upper * by_lower * cov[0, 1]
+        return np.asarray(by_upper**2 * cov[0, 0] + by_lower**2 * cov[1, 1] + cross)
+
     still, move = sources.moment_cov(moving=False), sources.moment_cov(moving=True)
-
-    def entry(i: int, j: int) -> Floats:
-        return np.asarray(np.where(moving, move[i, j], still[i, j]))
-
+    variance = np.where(moving, load_free(move), load_free(still))
     gains = sources.gain_relative_std**2
-    variance = by_upper**2 * (entry(0, 0) + gains[0] * cells[0] ** 2)
-    variance += by_lower**2 * (entry(1, 1) + gains[1] * cells[1] ** 2)
-    variance += 2 * by_upper * by_lower * entry(0, 1)
+    variance += gains[0] * (by_upper * cells[0]) ** 2 + gains[1] * (by_lower * cells[1]) ** 2
     variance += (by_spacing * sources.spacing_std_mm) ** 2 + sources.lower_to_tip_std_mm**2
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+    friction = np.where(moving, load_free(sources.friction_cov), 0.0)
+    return np.sqrt(np.maximum(variance, 0.0)) * _widening(friction, variance, sources.friction_dof)
+
+
+def _widening(friction: Floats, variance: Floats, dof: float) -> Floats:
+    """Student's 95 % factor over the normal one, for the effective degrees of freedom (Welch-Satterthwaite).
+
+    Few empty runs know friction's spread poorly. Widened so, 1.96 standard uncertainties hold 95 %.
+    """
+    if not np.isfinite(dof):
+        return np.ones(variance.shape)
+    shares = np.linspace(0.0, 1.0, 401)
+    with np.errstate(divide="ignore"):
+        factors = student.ppf(0.975, dof / shares**2) / _NORMAL_95
+    factors[0] = 1.0
+    share = np.divide(friction, variance, out=np.zeros(variance.shape), where=variance > 0)
+    return np.asarray(np.interp(share, shares, factors))
 
 
 def budget_table(

@@ -265,6 +265,7 @@ def _sources(cells: LoadCells, gain: Floats, zero: Zero, friction: Friction | No
         zero.noise_cov,
         zero.mean_cov,
         none if friction is None else friction.cov,
+        np.inf if friction is None else friction.dof,
         none if friction is None else friction.variation_cov,
         np.abs(stds / gain),
         cells.spacing_mm,

@@ -5,13 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from ploughval.loadcells.motion import find_motion
 from ploughval.loadcells.zero import Zero, zero_of
 
 Floats = NDArray[np.float64]
-_NORMAL_95 = 1.959964
 _BLOCKS = 20
 
 
@@ -32,6 +30,7 @@ class Friction:
 
     mean: Floats
     cov: Floats
+    dof: float  # degrees of freedom behind ``cov``
     variation_cov: Floats
     runs: int
 
@@ -77,19 +76,15 @@ def empty_run(time_s: Floats, displacement_mm: Floats, cells: Floats, zero: Zero
 def mean_friction(runs: Sequence[EmptyRun]) -> Friction:
     """Mean of the runs' means, with the covariance that a further run has about it.
 
-    The spread S between n runs gives S (1 + 1/n): the test is one more run. S has n - 1 degrees of freedom
-    only, so it is widened by the ratio of Student's to the normal 95 % factor; 1.96 standard deviations then
-    hold 95 %. With a single run the variation along its own travel stands in.
+    The spread S between n runs gives S (1 + 1/n), the test being one more run, with n - 1 degrees of freedom.
+    With a single run the variation along its own travel stands in.
     """
     means = np.stack([run.mean for run in runs], axis=1)
     count = len(runs)
-    if count > 1:
-        widening = (student.ppf(0.975, count - 1) / _NORMAL_95) ** 2
-        cov = np.cov(means) * (1 + 1 / count) * widening
-    else:
-        cov = runs[0].slow_cov
+    cov = np.cov(means) * (1 + 1 / count) if count > 1 else runs[0].slow_cov
+    dof = count - 1.0 if count > 1 else np.inf
     variation = np.mean([run.variation_cov for run in runs], axis=0)
-    return Friction(means.mean(axis=1), cov, variation, count)
+    return Friction(means.mean(axis=1), cov, dof, variation, count)
 
 
 def _positive(cov: Floats) -> Floats:

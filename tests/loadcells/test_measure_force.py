@@ -1,0 +1,240 @@
+"""From a test folder to force and line of action, against the forces that made the folder."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ploughval.axes import FORCE_COLUMNS
+from ploughval.errors import ConfigError, DataError
+from ploughval.loadcells import measure_force
+from ploughval.loadcells.bending import moments
+from ploughval.scene import Scene
+
+NAMES = ["time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm"]
+REST, TRAVEL = 4.0, 20.0
+
+
+def true_force(u):
+    return 30 + 8 * np.sin(u / 3)
+
+
+def true_arm(u):
+    return 10 + 0.1 * u
+
+
+class Rig:
+    """Writes a test folder; every source of error is drawn from ``rng``, the truth stays known."""
+
+    def __init__(
+        self, folder, seed=0, *, noise=0.004, friction=3.0, scatter=0.0, spread=(0.0, 0.0, 0.0), runs=3
+    ):
+        self.folder, self.rng = folder, np.random.default_rng(seed)
+        self.noise, self.friction, self.scatter = noise, friction, scatter
+        self.spacing_std, self.lower_std, self.gain_std = spread
+        draw = self.rng.normal
+        self.spacing = 150 + self.spacing_std * draw()
+        self.lower = 260 + self.lower_std * draw()
+        self.gain = 1 + self.gain_std * draw(size=2)
+        self.zeros = draw(0, 0.2, 2)
+        (folder / "empty").mkdir(exist_ok=True)
+        self.table = self.run(true_force)
+        self.table.to_csv(folder / "loadcells.csv", index=False)
+        for k in range(runs):
+            self.run(lambda u: 0 * u).to_csv(folder / f"empty/{k}.csv", index=False)
+
+    def run(self, force):
+        t = np.arange(0, REST + TRAVEL, 0.02)
+        u = np.clip(t - REST, 0, None)
+        moving = t > REST
+        sand = moments(np.where(moving, force(u), 0.0), true_arm(u), self.spacing, self.lower)
+        level = self.friction * (1 + self.scatter * self.rng.normal())
+        box = moments(np.where(moving, level, 0.0), np.full(t.size, 15.0), self.spacing, self.lower)
+        cells = (np.stack(sand) + np.stack(box)) / self.gain[:, None] + self.zeros[:, None]
+        cells += self.rng.normal(0, self.noise, cells.shape)
+        shown = u + 3.0 + self.rng.normal(0, 0.002, t.size)
+        return pd.DataFrame(np.column_stack([t, shown, cells.T]), columns=NAMES)
+
+    def scene(self, **changes):
+        calibration = {"upper_Nm_per_unit_std": self.gain_std, "lower_Nm_per_unit_std": self.gain_std}
+        cells = {
+            "log": "loadcells.csv",
+            "empty": ["empty/*.csv"],
+            "spacing_mm": 150.0,
+            "lower_to_tip_mm": 260.0,
+            "spacing_std_mm": self.spacing_std,
+            "lower_to_tip_std_mm": self.lower_std,
+            "rest_s": [0.0, 3.9],
+            "calibration": calibration,
+        }
+        return Scene.model_validate(
+            {
+                "folder": self.folder,
+                "test": {"name": "t"},
+                "blade": {"depth_mm": 30, "width_mm": 218},
+                "loadcells": cells | changes,
+            }
+        )
+
+
+def errors(result):
+    """Rows in motion: u, error of the force, error of the line of action."""
+    record = result.record[result.record["time_s"] > REST + 0.03]
+    u = record["time_s"].to_numpy() - REST
+    return record, record["force_N"].to_numpy() - true_force(u), record["arm_mm"].to_numpy() - true_arm(u)
+
+
+def test_noise_free_cells_return_force_and_arm_to_rounding(tmp_path):
+    rig = Rig(tmp_path, noise=0.0)
+    result = measure_force(rig.scene())
+    record, force_error, arm_error = errors(result)
+    assert np.abs(force_error).max() < 1e-8
+    assert np.abs(arm_error).max() < 1e-7
+    assert tuple(result.record.columns) == FORCE_COLUMNS
+    assert result.compensated
+    assert result.faults == ()
+    np.testing.assert_allclose(result.zero_Nm, rig.zeros, atol=1e-12)
+    np.testing.assert_allclose(record["friction_N"], 3.0, atol=1e-9)
+    np.testing.assert_allclose(record["force_raw_N"] - record["friction_N"], record["force_N"], atol=1e-12)
+    still = result.record[result.record["time_s"] < 3.9]
+    assert (still["friction_N"] == 0).all()
+    # Displacement noise of 0.002 mm: five of it at most, and its mean is the zero.
+    assert still["u_mm"].abs().max() < 0.011
+    assert still["u_mm"].mean() == pytest.approx(0.0, abs=1e-4)
+
+
+def test_rest_is_found_when_it_is_not_given(tmp_path):
+    rig = Rig(tmp_path)
+    given, found = measure_force(rig.scene()), measure_force(rig.scene(rest_s=None))
+    np.testing.assert_allclose(found.zero_Nm, given.zero_Nm, atol=5 * 0.004 / np.sqrt(150))
+    np.testing.assert_allclose(found.noise_std_Nm, 0.004, rtol=0.3)
+
+
+def test_noise_free_rest_has_no_line_of_action_and_says_so(tmp_path):
+    record = measure_force(Rig(tmp_path).scene()).record
+    still = record["time_s"] < 3.9
+    assert (record["status"][still] == "force_too_small_for_arm").all()
+    assert record["arm_mm"][still].isna().all()
+    assert (record["status"][record["time_s"] > REST + 0.05] == "ok").all()
+
+
+def test_force_only_leaves_the_line_of_action_of_sand_and_friction(tmp_path):
+    rig = Rig(tmp_path, noise=0.0)
+    record, force_error, _ = errors(measure_force(rig.scene(compensation="force_only")))
+    assert np.abs(force_error).max() < 1e-8
+    u = record["time_s"].to_numpy() - REST
+    F, a = true_force(u), true_arm(u)
+    np.testing.assert_allclose(record["arm_mm"], (F * a + 3.0 * 15.0) / (F + 3.0), atol=1e-7)
+
+
+def test_without_empty_runs_nothing_is_taken_off_and_that_is_said(tmp_path):
+    result = measure_force(Rig(tmp_path, noise=0.0).scene(empty=[]))
+    record, force_error, _ = errors(result)
+    assert not result.compensated
+    assert record["friction_N"].isna().all()
+    np.testing.assert_allclose(force_error, 3.0, atol=1e-8)
+    assert any("no empty-box runs" in fault for fault in result.faults)
+
+
+def test_calibration_constants_scale_the_log(tmp_path):
+    rig = Rig(tmp_path, noise=0.0)
+    for path in (tmp_path / "loadcells.csv", *(tmp_path / "empty").glob("*.csv")):
+        table = pd.read_csv(path)
+        table[NAMES[2]] *= 250.0
+        table[NAMES[3]] *= -80.0
+        table.to_csv(path, index=False)
+    calibration = {"upper_Nm_per_unit": 1 / 250.0, "lower_Nm_per_unit": -1 / 80.0}
+    _, force_error, arm_error = errors(measure_force(rig.scene(calibration=calibration)))
+    assert np.abs(force_error).max() < 1e-8
+    assert np.abs(arm_error).max() < 1e-7
+    with pytest.raises(ConfigError, match="upper_Nm_per_unit"):
+        measure_force(rig.scene(calibration={"upper_Nm_per_unit": 0.0}))
+
+
+def test_faulty_rows_are_empty_with_their_reason_and_do_not_spread(tmp_path):
+    rig = Rig(tmp_path)
+    table = rig.table.copy()
+    table.loc[600, NAMES[2]] = np.nan
+    table.loc[700, NAMES[3]] = -8e6
+    table.drop(index=range(800, 840)).to_csv(tmp_path / "loadcells.csv", index=False)
+    result = measure_force(rig.scene())
+    bad = result.record[~result.record["status"].isin(["ok", "force_too_small_for_arm"])]
+    assert bad["status"].tolist() == ["not_finite", "dropout", "gap"]
+    assert bad[["force_N", "force_std_N", "arm_mm", "arm_std_mm"]].isna().all(axis=None)
+    _, force_error, _ = errors(result)
+    assert np.nanmax(np.abs(force_error)) < 6 * 0.004 * np.sqrt(2) / 0.15 + 0.05
+    assert len(result.faults) == 3
+
+
+def test_a_broken_empty_run_is_left_out_by_name(tmp_path):
+    rig = Rig(tmp_path)
+    (tmp_path / "empty/1.csv").write_text("nothing here\n")
+    result = measure_force(rig.scene())
+    assert result.compensated
+    assert any("1.csv" in fault and "left out" in fault for fault in result.faults)
+
+
+def test_wrong_signs_are_named(tmp_path):
+    rig = Rig(tmp_path)
+    for path in (tmp_path / "loadcells.csv", *(tmp_path / "empty").glob("*.csv")):
+        table = pd.read_csv(path)
+        table[NAMES[1:]] *= -1
+        table.to_csv(path, index=False)
+    faults = measure_force(rig.scene()).faults
+    assert any("displacement falls" in fault for fault in faults)
+    assert any("mean force is negative" in fault for fault in faults)
+
+
+def test_a_rest_window_outside_the_log_is_refused_with_its_times(tmp_path):
+    with pytest.raises(DataError, match=r"rest_s .* runs from 0 to 23\.98 s"):
+        measure_force(Rig(tmp_path).scene(rest_s=[100.0, 110.0]))
+
+
+def test_motion_within_the_rest_window_is_named_and_left_out(tmp_path):
+    rig = Rig(tmp_path)
+    result = measure_force(rig.scene(rest_s=[0.0, 6.0]))
+    assert any("the blade moves within rest_s" in fault for fault in result.faults)
+    np.testing.assert_allclose(result.zero_Nm, rig.zeros, atol=5 * 0.004 / np.sqrt(200))
+
+
+def test_drift_of_the_zeros_is_named(tmp_path):
+    rig = Rig(tmp_path)
+    table = rig.table.copy()
+    table[NAMES[2]] += 0.01 * table["time_s"]
+    table.to_csv(tmp_path / "loadcells.csv", index=False)
+    assert any("drifts by" in fault for fault in measure_force(rig.scene()).faults)
+
+
+def test_a_log_that_starts_in_motion_keeps_its_force_but_says_the_zeros_are_unknown(tmp_path):
+    rig = Rig(tmp_path, friction=0.0)
+    rig.table[rig.table["time_s"] > REST + 1].to_csv(tmp_path / "loadcells.csv", index=False)
+    result = measure_force(rig.scene(rest_s=None, empty=[]))
+    assert any("no rest before motion" in fault for fault in result.faults)
+    assert result.record["force_N"].notna().all()
+
+
+SPREAD = (0.5, 0.6, 0.003)
+SEEDS = 120
+
+
+@pytest.fixture(scope="module")
+def draws(tmp_path_factory):
+    """z of force and arm at four stages, and of their mean, for many rigs that differ in everything."""
+    folder = tmp_path_factory.mktemp("rig")
+    rows = []
+    for seed in range(SEEDS):
+        rig = Rig(folder, seed, scatter=0.1, spread=SPREAD, noise=0.006)
+        result = measure_force(rig.scene())
+        record, force_error, arm_error = errors(result)
+        z = force_error / record["force_std_N"].to_numpy()
+        z_arm = arm_error / record["arm_std_mm"].to_numpy()
+        rows.append((np.mean(np.abs(z) <= 1.96), np.mean(np.abs(z_arm) <= 1.96)))
+    return np.array(rows)
+
+
+def test_the_95_per_cent_interval_of_the_force_covers_92_to_98_per_cent(draws):
+    # Rows of a rig share zeros, friction, spacing and gains (systematic); rigs are independent draws.
+    assert 0.92 <= draws[:, 0].mean() <= 0.98
+
+
+def test_the_95_per_cent_interval_of_the_arm_covers_92_to_98_per_cent(draws):
+    assert 0.92 <= draws[:, 1].mean() <= 0.98
