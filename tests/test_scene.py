@@ -211,6 +211,11 @@ def test_folder_and_source_are_no_keys(refused):
         (SOIL, "blade", "got nothing; expected a value. Add [blade] with depth_mm, width_mm."),
         (TEST, "test.toml", "at least one of [camera], [loadcells] and [soil]"),
         (TEST + CELLS + TRACERS, "tracers", "expected [camera] or [soil] too"),
+        (
+            TEST + SOIL + TRACERS.replace("10", "31"),
+            "tracers.layers_mm",
+            "got 31; expected heights above the",
+        ),
         (TEST + CAMERA.split("mm_per_px")[0], "camera", "got none; expected exactly one of mm_per_px"),
     ],
 )

@@ -13,7 +13,15 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ploughval.errors import ConfigError, Fault
-from ploughval.scene_faults import file_faults, find_files, known_keys, rename_keys, setting_faults, table_of
+from ploughval.scene_faults import (
+    file_faults,
+    find_files,
+    known_keys,
+    number,
+    rename_keys,
+    setting_faults,
+    table_of,
+)
 from ploughval.scene_tables import (
     Bands,
     Blade,
@@ -94,7 +102,7 @@ class Scene(Table):
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """Tables that need each other."""
+        """Tables that need each other; layers above the surface."""
         there = [k for k in ("camera", "loadcells", "soil") if values.get(k) is not None]
         if not there:
             return [Fault("", "nothing to do", "at least one of [camera], [loadcells] and [soil]")]
@@ -102,7 +110,14 @@ class Scene(Table):
             return [
                 Fault("tracers", "layers", "[camera] or [soil] too", "Nothing else shows or predicts them.")
             ]
-        return []
+        depth = number(_inside(values, "blade"), "depth_mm")
+        layers = _inside(values, "tracers").get("layers_mm")
+        uneven = _inside(values, "model").get("initial_surface_mm") is not None
+        if depth is None or uneven or not isinstance(layers, list | tuple):
+            return []
+        above = [h for h in layers if isinstance(h, int | float) and h > depth > 0]
+        expected = f"heights above the tip up to the surface at depth_mm = {depth:g}"
+        return [Fault("tracers.layers_mm", ", ".join(map(str, above)), expected)] if above else []
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -144,6 +159,14 @@ class Scene(Table):
     def matches(self, pattern: str) -> list[Path]:
         """Files of the test folder that match a pattern, sorted by name."""
         return find_files(self.folder, pattern)
+
+
+def _inside(values: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """A table in raw values or in a validated scene; an empty one where there is none."""
+    table = values.get(key)
+    if isinstance(table, Table):
+        return vars(table)
+    return table if isinstance(table, dict) else {}
 
 
 def load_scene(path: Path | str, *, files: bool = True) -> Scene:

@@ -90,7 +90,7 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     elif camera.board is not None:
         calibration = _by_board(scene, camera, frames.shape)
     else:
-        calibration = _by_scale(camera)
+        return _by_scale(camera)
     _check_view(calibration, camera, frames.shape)
     return calibration
 
