@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-POINTS_PER_DEPTH = 50  # material points followed on a layer
-TORN = 3.0  # neighbours that have come apart to so many times their first distance bound a tear
+POINTS_PER_DEPTH = 30  # material points followed on a layer
+TORN = 4.0  # neighbours that have come apart to so many times their first distance bound a tear
 
 
 def carry(
@@ -71,24 +71,26 @@ def layer_table(
 ) -> pd.DataFrame:
     """Layers as a DataFrame of LAYER_COLUMNS; see :meth:`History.layers`."""
     spacing = history.depth_mm / POINTS_PER_DEPTH
-    lines = [(height, _line(history, height, spacing)) for height in heights_mm]
+    lines = [_line(history, height, spacing) for height in heights_mm]
     std = float(np.median(history.marched.rows[:-1, 1])) / np.sqrt(
         12.0
     )  # where in an increment a point joined
-    tables = []
+    pieces, before = [], 0.0
     for k in np.argsort(u_mm, kind="stable"):
         here = u_mm[k]
-        reached = np.isfinite(here) and here <= history.end_mm * (1.0 + 1e-9)
-        for height, line in lines:
-            xy = np.full((1, 2), np.nan)
-            if reached:
-                xy = _broken(history.advect(line, 0.0, here), TORN * spacing)
-            errors = np.where(np.isnan(xy[:, 0]), np.nan, std)
-            columns = (frames[k], here, height, "model", xy[:, 0], xy[:, 1], errors)
-            tables.append(pd.DataFrame(dict(zip(LAYER_COLUMNS, columns, strict=True))))
-    if not tables:
-        return pd.DataFrame(columns=list(LAYER_COLUMNS))
-    return pd.concat(tables, ignore_index=True)
+        reached = bool(np.isfinite(here) and here <= history.end_mm * (1.0 + 1e-9))
+        if reached:
+            lines = [history.advect(line, before, here) for line in lines]
+            before = here
+        for height, line in zip(heights_mm, lines, strict=True):
+            shown = _broken(line, TORN * spacing) if reached else np.full((1, 2), np.nan)
+            pieces.append((frames[k], here, float(height), shown))
+    counts = [len(piece[3]) for piece in pieces]
+    frame, u, layer = (np.repeat([piece[n] for piece in pieces], counts) for n in range(3))
+    xy = np.concatenate([piece[3] for piece in pieces]) if pieces else np.empty((0, 2))
+    errors = np.where(np.isnan(xy[:, 0]), np.nan, std)
+    columns = (frame, u, layer, np.full(len(xy), "model"), xy[:, 0], xy[:, 1], errors)
+    return pd.DataFrame(dict(zip(LAYER_COLUMNS, columns, strict=True)))
 
 
 def _line(history: "History", height: float, spacing: float) -> Floats:

@@ -15,9 +15,8 @@ from ploughval.model.surface import height_at, settle, shear, thin
 Floats = NDArray[np.float64]
 
 SAME_BAND = 0.05  # a fresh outcrop nearer than this share of the band's reach is the same band creeping on
-SOFTENING_STEPS = (
-    8  # steps in which a band softens, unless that makes them shorter than 1/64 of the increment
-)
+SOFTENING_STEPS = 8  # steps in which a band softens ...
+LEAST_STEP = 64.0  # ... unless that makes them shorter than this part of the increment
 
 
 class End(IntEnum):
@@ -39,12 +38,22 @@ class Law(NamedTuple):
     rides: float
 
 
+class Trial(NamedTuple):
+    """After an increment: the force of its band, of the cheapest fresh one, and where that comes out."""
+
+    du: float
+    at: float
+    slip: float
+    force: float
+    fresh: float
+    place: float
+
+
 class March(NamedTuple):
     """Rows of a march and its surfaces in one pool."""
 
-    rows: Floats  # (R, 7): u, du, P / unit weight, tan beta, outcrop x, outcrop y, band; the last has du = 0
-    slips: Floats  # (R,) slip gathered at the start of the increment, mm
-    ends: NDArray[np.int64]  # (R, 2): ends of the surface before and of the sheared one, in the pool
+    rows: Floats  # (R, 8): u, du, P / unit weight, tan beta, outcrop x, outcrop y, band, slip; last du = 0
+    ends: NDArray[np.int64]  # (R, 2): where the surface before and the sheared one end in the pool
     pool: Floats  # (2, K)
     end: int
 
@@ -84,116 +93,128 @@ def advance(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def march(surface: Floats, law: Law, travel: float, step: float, store: bool) -> March:  # noqa: C901
-    """Push the blade through ``travel`` in increments of at most ``step``; see docs/theory-model.md.
+def fresh_band(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
+    """Least P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
+    x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
+    force, place = cheapest_band(x, y, n + 1, math.tan(law.peak), math.tan(law.wall))
+    return force, place
 
-    ``surface`` is (2, M), starting at the face at u = 0 with the tip at y = 0.
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
+    """Increment that follows the softening: some steps over the mobilization length, one ends with it."""
+    left = (law.mobilization - slip) * cos_beta
+    if left <= 0.0:
+        return step / LEAST_STEP if slip == 0.0 else step
+    du = min(step, max(law.mobilization * cos_beta / SOFTENING_STEPS, step / LEAST_STEP))
+    return left * (1.0 + 1e-12) if du > 0.999 * left else du
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def try_increment(
+    now: Floats, n: int, law: Law, band: tuple[float, float], du: float, crowd: int, work: Floats, to: Floats
+) -> tuple[int, int, Trial]:
+    """Advance by du with the band (outcrop, slip) and weigh the bands after it; counts as in ``advance``."""
+    outcrop, slip = band
+    reach = outcrop - now[0, 0]
+    stretch = math.hypot(1.0, height_at(now[0], now[1], n, outcrop) / reach)
+    rest, sheared = advance(now, n, outcrop, du, math.tan(law.repose), crowd, work, to)
+    at, slip = outcrop + du * law.rides, slip + du * stretch
+    tan_phi = tan_mobilised(slip, law.peak, law.residual, law.mobilization)
+    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall))
+    fresh, place = fresh_band(to[0], to[1], rest, law)
+    return rest, sheared, Trial(du, at, slip, force, fresh, place)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def up_to_switch(
+    now: Floats, n: int, law: Law, band: tuple[float, float], du: float, crowd: int, work: Floats, to: Floats
+) -> tuple[int, int, Trial, bool]:
+    """An increment of du, or less where a fresh band becomes as cheap as this one; and whether it does."""
+    rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
+    creeps = abs(last.place - last.at) <= SAME_BAND * (last.at - to[0, 0])
+    if law.peak <= law.residual or last.force <= last.fresh or creeps:
+        return rest, sheared, last, False
+    low, high, whole = 0.0, du, du
+    gap_low, gap_high = -math.inf, last.force - last.fresh
+    for turn in range(60):
+        du = 0.5 * (low + high)
+        if turn % 3 != 2 and math.isfinite(gap_low) and math.isfinite(gap_high):
+            du = low + (high - low) * gap_low / (gap_low - gap_high)
+        rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
+        gap = last.force - last.fresh
+        if abs(gap) <= 1e-9 * last.fresh or high - low <= 1e-9 * whole:
+            break
+        if gap > 0.0:
+            high, gap_high = du, gap
+        else:
+            low, gap_low = du, gap
+    return rest, sheared, last, True
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def march(surface: Floats, law: Law, travel: float, step: float, store: bool) -> March:
+    """Push the blade through ``travel`` in increments of at most ``step`` (docs/theory-model.md, section 5).
+
+    ``surface`` is (2, M), starting at the face at u = 0 with the tip at y = 0. No rows at all: no first band.
     """
-    tan_peak, tan_wall, repose = math.tan(law.peak), math.tan(law.wall), math.tan(law.repose)
-    softens = law.peak > law.residual
     crowd = max(400, 2 * surface.shape[1])
-    room = 3 * crowd + 16
-    now, work = np.empty((2, room)), np.empty((4, room))
-    x, y = now[0], now[1]
+    now, to, work = np.empty((2, 4 * crowd)), np.empty((4, 4 * crowd)), np.empty((4, 4 * crowd))
     n = surface.shape[1]
-    x[:n], y[:n] = surface[0], surface[1]
-    n = settle(x, y, n, repose, work)
-    trial = np.empty((4, room))
-    rows, slips = np.empty((256, 7)), np.empty(256)
-    ends = np.empty((256, 2), np.int64)
+    now[:, :n] = surface
+    n = settle(now[0], now[1], n, math.tan(law.repose), work)
+    rows, ends = np.empty((256, 8)), np.empty((256, 2), np.int64)
     pool = np.empty((2, 4096 if store else 1))
     count, filled, band, end = 0, 0, -1, 0
-    u, slip, outcrop, due = 0.0, 0.0, 0.0, True
-    fresh, place = cheapest_band(x, y, n, tan_peak, tan_wall)
-    force = fresh
+    u, switches = 0.0, True
+    fresh, place = fresh_band(now[0], now[1], n, law)
+    last = Trial(0.0, place, 0.0, fresh, fresh, place)
     while True:
-        if band < 0 or not softens or due or fresh < force:
-            if not math.isfinite(fresh):
-                end = 2
-            elif place >= x[n - 1] - 1e-9 * (x[n - 1] - x[0]):
-                end = 1  # the band wanted next would come out beyond the sand: the one before stays
-            if end != 0 and band < 0:
-                break
-            if end == 0:
-                if band < 0 or (softens and abs(place - outcrop) > SAME_BAND * (outcrop - x[0])):
-                    band += 1
-                slip = 0.0 if softens else slip
-                force, outcrop, due = fresh, place, False
+        if switches or law.peak <= law.residual or last.fresh < last.force:
+            if last.place > now[0, n - 1]:
+                end = 1  # the band wanted next would come out where no sand is
+                if band < 0:
+                    break
+            else:
+                jump = abs(last.place - last.at) > SAME_BAND * (last.at - now[0, 0])
+                band += 1 if band < 0 or (jump and law.peak > law.residual) else 0
+                slip = 0.0 if law.peak > law.residual else last.slip
+                last = Trial(0.0, last.place, slip, last.fresh, last.fresh, last.place)
         if count == rows.shape[0]:
-            rows, slips = _longer(rows), np.append(slips, slips)
-            ends = np.append(ends, ends).reshape(-1, 2)
-        top = height_at(x, y, n, outcrop)
-        tan_beta = top / (outcrop - x[0]) if outcrop > x[0] else math.inf
-        rows[count] = np.array((u, 0.0, force, tan_beta, outcrop, top, float(band)))
-        slips[count] = slip
+            rows, ends = np.concatenate((rows, rows)), np.concatenate((ends, ends))
+        top = height_at(now[0], now[1], n, last.at)
+        tan_beta = top / (last.at - u)
+        rows[count] = np.array((u, 0.0, last.force, tan_beta, last.at, top, float(band), last.slip))
         if store:
-            pool = _store(pool, filled, x, y, n)
-            filled += n
-        ends[count, 0], ends[count, 1] = filled, filled
+            pool, filled = _store(pool, filled, now, n)
+        ends[count] = filled
         count += 1
-        if end != 0 or u >= travel * (1.0 - 1e-13):
+        if end != 0 or u >= travel:
             break
         du = min(step, travel - u)
-        cos_beta = 1.0 / math.sqrt(1.0 + tan_beta * tan_beta)
-        if softens and slip < law.mobilization:
-            du = min(du, max(law.mobilization * cos_beta / SOFTENING_STEPS, step / 64.0))
-            left = (law.mobilization - slip) * cos_beta
-            du = left * (1.0 + 1e-12) if du > 0.999 * left else du
-            du = min(du, travel - u)
-        elif softens and slip == 0.0:
-            du = min(du, step / 64.0)
-        # the increment ends where a fresh band becomes as cheap as this one
-        low, high, gap_low, gap_high = 0.0, du, force - fresh, 0.0
-        for turn in range(30):
-            rest, sheared = advance(now, n, outcrop, du, repose, crowd, work, trial)
-            new_slip = slip + du / cos_beta
-            at = outcrop + du * law.rides
-            fresh_new, place_new = cheapest_band(trial[0], trial[1], rest, tan_peak, tan_wall)
-            tan_phi = tan_mobilised(new_slip, law.peak, law.residual, law.mobilization)
-            force_new = band_force(trial[0], trial[1], rest, at, tan_phi, tan_wall)
-            gap = force_new - fresh_new
-            creeps = abs(place_new - at) <= SAME_BAND * (at - x[0])
-            if not softens or (turn == 0 and (gap <= 0.0 or creeps)):
-                break
-            if abs(gap) <= 1e-9 * fresh_new or (turn > 0 and high - low <= 1e-9 * step):
-                due = True
-                break
-            if gap > 0.0:
-                high, gap_high = du, gap
-            else:
-                low, gap_low = du, gap
-            du = 0.5 * (low + high)
-            if math.isfinite(gap_high) and turn % 3 != 2 and gap_low < 0.0:
-                du = low + (high - low) * gap_low / (gap_low - gap_high)
+        if law.peak > law.residual:
+            du = min(du, increment(step, law, last.slip, 1.0 / math.hypot(1.0, tan_beta)))
+        active = (last.at, last.slip)
+        rest, sheared, last, switches = up_to_switch(now, n, law, active, du, crowd, work, to)
+        if not math.isfinite(min(last.force, last.fresh)):
+            end = 2
+            break
         if store:
-            pool = _store(pool, filled, trial[2], trial[3], sheared)
-            filled += sheared
-            ends[count - 1, 1] = filled
-        rows[count - 1, 1] = du
+            pool, filled = _store(pool, filled, to[2:], sheared)
+        ends[count - 1, 1] = filled
+        rows[count - 1, 1] = last.du
         n = rest
-        x[:n], y[:n] = trial[0, :n], trial[1, :n]
-        u += du
-        if abs(u - travel) < 1e-12 * travel:
-            u = travel
-        slip, outcrop, fresh, place, force = new_slip, at, fresh_new, place_new, force_new
-    return March(rows[:count].copy(), slips[:count].copy(), ends[:count].copy(), pool[:, :filled].copy(), end)
+        now[:, :n] = to[:2, :n]
+        u = travel if abs(u + last.du - travel) < 1e-12 * travel else u + last.du
+    return March(rows[:count].copy(), ends[:count].copy(), pool[:, :filled].copy(), end)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def _longer(rows: Floats) -> Floats:
-    """The rows with as much room again."""
-    grown = np.empty((2 * rows.shape[0], rows.shape[1]))
-    grown[: rows.shape[0]] = rows
-    return grown
-
-
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def _store(pool: Floats, filled: int, x: Floats, y: Floats, n: int) -> Floats:
-    """Write a surface behind what the pool holds; the pool grows as needed."""
+def _store(pool: Floats, filled: int, surface: Floats, n: int) -> tuple[Floats, int]:
+    """Write the first two rows of a surface behind what the pool holds; the pool grows as needed."""
     if filled + n > pool.shape[1]:
         grown = np.empty((2, 2 * (filled + n)))
         grown[:, :filled] = pool[:, :filled]
         pool = grown
-    pool[0, filled : filled + n] = x[:n]
-    pool[1, filled : filled + n] = y[:n]
-    return pool
+    pool[:, filled : filled + n] = surface[:2, :n]
+    return pool, filled + n
