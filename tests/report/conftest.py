@@ -148,7 +148,9 @@ def run_record(u_mm, folder):
     }
 
 
-def write_folder(folder: Path, *, test_folder: Path | str = "", name: str = "d30-01") -> Path:
+def write_folder(
+    folder: Path, *, test_folder: Path | str = "", name: str = "d30-01", stages: int = 1
+) -> Path:
     """All files of a result folder; values in closed form of the displacement."""
     (folder / "model").mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(7)
@@ -168,15 +170,15 @@ def write_folder(folder: Path, *, test_folder: Path | str = "", name: str = "d30
     model_force = pd.DataFrame({**columns, "beta_deg": np.degrees(np.arctan2(rise, outcrop - u))})
     model_force.to_csv(folder / "model" / "force.csv", index=False)
     frame_u = np.linspace(0.0, TRAVEL_MM, FRAMES)
-    stages = [(k, x) for k, x in enumerate(frame_u) if k != 5]
-    pd.concat([layer_rows(k, x, "tracks") for k, x in stages]).to_csv(folder / "layers.csv", index=False)
-    predicted = pd.concat([layer_rows(k, x, "model", 1.0) for k, x in stages])
+    frames = [(k, x) for k, x in enumerate(frame_u) if k != 5]
+    pd.concat([layer_rows(k, x, "tracks") for k, x in frames]).to_csv(folder / "layers.csv", index=False)
+    predicted = pd.concat([layer_rows(k, x, "model", 1.0) for k, x in frames])
     predicted.to_csv(folder / "model" / "layers.csv", index=False)
-    pd.concat([surface_rows(k, x) for k, x in stages]).to_csv(folder / "surface.csv", index=False)
+    pd.concat([surface_rows(k, x) for k, x in frames]).to_csv(folder / "surface.csv", index=False)
     track_set(frame_u).to_netcdf(folder / "tracks.nc", engine="h5netcdf")
     _write_small_tables(folder, frame_u, rng)
     record = run_record(frame_u, test_folder)
-    record["test"] = name
+    record["test"], record["settings"] = name, SETTINGS | {"report": {"frames_shown": stages}}
     (folder / "run.json").write_text(json.dumps(record))
     (folder / "metrics.json").write_text(json.dumps({"test": name, "metrics": metrics(), "warnings": []}))
     return folder
@@ -235,4 +237,10 @@ def make_results():
 @pytest.fixture(scope="session")
 def result_folder(tmp_path_factory):
     """One result folder for tests that only read."""
-    return write_folder(tmp_path_factory.mktemp("d30") / "results")
+    return write_folder(tmp_path_factory.mktemp("d30") / "results", stages=4)
+
+
+@pytest.fixture
+def own_folder(make_results, tmp_path):
+    """A result folder of the test's own, with a single stage shown."""
+    return make_results(tmp_path / "r")

@@ -93,6 +93,21 @@ def test_layers_figure_puts_prediction_above_measurement_on_the_same_axes(result
             assert tuple(rows["y_mm"]) in drawn
 
 
+def test_long_lines_are_drawn_as_means_that_keep_their_gaps(results):
+    x = np.linspace(0, 100, 6001)
+    y = np.where((x > 40) & (x < 50), np.nan, 5 + 0.1 * x)
+    rows = pd.DataFrame({"source": "dye", "layer": 5.0, "x_mm": x, "y_mm": y})
+    figure = figures.layers_figure(
+        figures.Side(), figures.Side(rows), u_mm=0.0, depth_mm=30.0, extent=(-5.0, 100.0, -8.0, 60.0)
+    )
+    drawn_x, drawn_y = figure.axes[0].lines[0].get_data()
+    assert len(drawn_x) <= 1200
+    gap = np.isnan(drawn_y)
+    np.testing.assert_allclose(drawn_y[~gap], 5 + 0.1 * drawn_x[~gap])  # means of a straight line lie on it
+    assert drawn_x[gap].min() == pytest.approx(40, abs=0.1)
+    assert drawn_x[gap].max() == pytest.approx(50, abs=0.1)
+
+
 def test_active_band_runs_from_the_tip_to_its_outcrop(results):
     ends = outcrops(results.bands, 30.0)
     measured = figures.Side(results.layers[results.layers["frame"] == 6], None, ends)

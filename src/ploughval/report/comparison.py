@@ -8,7 +8,7 @@ from ploughval.report.figures import forces_figure
 from ploughval.report.figures.series import History
 from ploughval.report.results import MetricEntry, Results
 from ploughval.report.text import MISSING, number, with_std
-from ploughval.report.verdict import counts, named, verdict
+from ploughval.report.verdict import by_topic, counts, named, verdict
 
 
 def comparison_context(tests: Sequence[Results], pen: Pen) -> dict[str, Any]:
@@ -91,9 +91,11 @@ def _metrics(tests: Sequence[Results], names: Sequence[str]) -> Chapter | None:
     for title, pick in (("Experiment ± std", _experiment), ("Model ± std", _model), ("Error E", _error)):
         rows = [
             [Cell(named(name, metric)), *(pick(test.metric(name)) for test in tests)]
-            for name, metric in found.items()
+            for name, metric in by_topic(found).items()
         ]
-        tables.append(Table(title, ("Metric", *names), rows))
+        rows = [row for row in rows if any(cell.text != MISSING for cell in row[1:])]
+        if rows:
+            tables.append(Table(title, ("Metric", *names), rows))
     return Chapter("metrics", "Metrics", lead="The mark of an error says whether it agrees.", tables=tables)
 
 

@@ -104,6 +104,9 @@ class Photographs:
 
         try:
             scene = load_scene(results.run.folder)
+            if results.run.settings_hash and scene.settings_hash != results.run.settings_hash:
+                self.missing = "The photographs are not shown: test.toml has changed since the run."
+                return
             if scene.camera is None:
                 self.missing = "The test has no photographs."
                 return

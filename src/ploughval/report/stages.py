@@ -44,24 +44,24 @@ def _track_frames(results: Results) -> pd.DataFrame:
 
 def view(results: Results) -> Extent:
     """Part of the world that shows the blade, the bands and the heap at every stage: x0, x1, y0, y1 in mm."""
-    lines = [t for t in (results.layers, results.model_layers, results.surface) if t is not None and len(t)]
-    if lines:
-        x = np.concatenate([table["x_mm"].to_numpy(float) for table in lines])
-        y = np.concatenate([table["y_mm"].to_numpy(float) for table in lines])
-        u = max(float(table["u_mm"].max()) for table in lines)
-    elif results.tracks is not None:
-        x, y = (results.tracks[name].to_numpy().ravel() for name in ("x_mm", "y_mm"))
-        u = float(np.nanmax(results.tracks["u_mm"].to_numpy()))
-    else:
-        x, y, u = np.array([0.0, 100.0]), np.array([0.0, 30.0]), 0.0
-    depth = results.depth_mm or max(float(np.nanmax(y)), 1.0)
-    reach = [u + 2 * depth]
+    lines = [
+        table.dropna(subset=["x_mm", "y_mm", "u_mm"])[["x_mm", "y_mm", "u_mm"]].to_numpy(float)
+        for table in (results.layers, results.model_layers, results.surface)
+        if table is not None
+    ]
+    if results.tracks is not None:
+        seen = results.tracks[["x_mm", "y_mm", "u_mm"]].to_dataframe().dropna()
+        lines.append(seen[["x_mm", "y_mm", "u_mm"]].to_numpy(float))
+    x, y, u = np.vstack([*lines, [[0.0, 0.0, 0.0]]]).T
+    travel = float(u.max())
+    depth = results.depth_mm or max(float(y.max()), 1.0)
+    reach = [travel + 2 * depth]
     for bands in (results.bands, results.model_bands):
         if bands is not None and bands["outcrop_x_mm"].notna().any():
             reach.append(float(bands["outcrop_x_mm"].max()) + depth / 2)
     thickness = float(results.setting("blade", "thickness_mm") or 5.0)
-    far = max(u + depth, min(max(reach), float(np.nanmax(x))))
-    top = max(depth, float(np.nanmax(y[x <= far], initial=depth)))
+    far = max(travel + depth, min(max(reach), float(x.max())))
+    top = float(np.max(y[x <= far], initial=depth))
     return (-thickness - 0.1 * depth, far, -0.3 * depth, top + 0.35 * depth)
 
 
@@ -138,8 +138,8 @@ def outcrops(
         line = surface.dropna(subset=["x_mm", "y_mm"]).sort_values("x_mm")
         inside = (x >= line["x_mm"].iloc[0]) & (x <= line["x_mm"].iloc[-1])
         y = np.where(inside, np.interp(x, line["x_mm"], line["y_mm"]), y)
-    elif history is not None and len(history):
-        now = history.iloc[int((history["u_mm"] - u_mm).abs().argmin())]
+    elif history is not None and len(known := history.dropna(subset=["u_mm", "beta_deg"])):
+        now = known.iloc[int((known["u_mm"] - u_mm).abs().argmin())]
         rise = (x - u_mm) * np.tan(np.radians(float(now["beta_deg"])))
         y = np.where(active["band"].to_numpy(float) == float(now["band"]), rise, y)
     return np.column_stack([x, y])

@@ -80,7 +80,7 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
     """The tables of metrics, and their errors in validation uncertainties."""
     if results.metrics is None or not results.metrics.metrics:
         return None
-    metrics = dict(sorted(results.metrics.metrics.items(), key=lambda item: _TOPICS.index(topic(item[0]))))
+    metrics = by_topic(results.metrics.metrics)
     judged = {name: metric for name, metric in metrics.items() if metric.agrees is not None}
     others = {name: metric for name, metric in metrics.items() if metric.agrees is None}
     tables = [
@@ -101,6 +101,11 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
 
 
 _TOPICS = ("Force", "Shear bands", "Layers", "Free surface", "Friction")
+
+
+def by_topic(metrics: Mapping[str, MetricEntry]) -> dict[str, MetricEntry]:
+    """Metrics in the order of what they are about."""
+    return dict(sorted(metrics.items(), key=lambda item: _TOPICS.index(topic(item[0]))))
 
 
 def topic(name: str) -> str:

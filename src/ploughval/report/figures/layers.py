@@ -134,9 +134,15 @@ def _lines(axes: Axes, layers: pd.DataFrame, colour: str, width: float, dash: st
     )
     for (source, _height), line in layers.groupby(["source", "layer"], sort=True):
         style = (0, (1, 1)) if source == "dye" else dash
-        axes.plot(
-            line["x_mm"], line["y_mm"], color=colour, lw=width, ls=style, path_effects=effects, zorder=4
-        )
+        x, y = _coarsened(line[["x_mm", "y_mm"]].to_numpy(float)).T
+        axes.plot(x, y, color=colour, lw=width, ls=style, path_effects=effects, zorder=4)
+
+
+def _coarsened(points: Points, most: int = 1200) -> Points:
+    """Means of neighbours where a line has more points than a figure shows; gaps stay gaps."""
+    size = -(-len(points) // most)
+    whole = len(points) - len(points) % size if size else 0
+    return points if size <= 1 else points[:whole].reshape(-1, size, 2).mean(axis=1)
 
 
 def draw_blade(

@@ -12,7 +12,7 @@ from ploughval.report.figures.style import SERIES, new_figure, styled
 from ploughval.report.photographs import ToPixels, eight_bit
 
 _HALO = [Stroke(linewidth=3.2, foreground="#ffffff", alpha=0.8), Normal()]
-_SURFACE, _POINTS, _TIP, _AXES = "#e69f00", "#56b4e9", "#d55d00", "#cc79a7"
+_SURFACE, _POINTS, _TIP, _AXES = "#e69f00", "#f0e442", "#d55d00", "#cc79a7"
 
 
 @styled
@@ -61,9 +61,12 @@ def preview_figure(
         extent=(-0.5, width - 0.5, height - 0.5, -0.5),
     )
     if sand is not None:
-        axes.contour(np.asarray(sand, float), levels=[0.5], colors=[SERIES[2]], linewidths=1.2)
+        axes.contour(np.asarray(sand, float), levels=[0.5], colors=[SERIES[2]], linewidths=1.6)
+        axes.plot([], [], color=SERIES[2], label="sand, air and blade apart")
     points = np.asarray(points_px, float).reshape(-1, 2)
-    axes.plot(points[:, 0], points[:, 1], ".", ms=2, color=_POINTS, label=f"{len(points)} points to track")
+    axes.plot(
+        points[:, 0], points[:, 1], "+", ms=4, mew=1.1, color=_POINTS, label=f"{len(points)} points to track"
+    )
     _material_lines(axes, calibration, layers, surface, extent_x_mm)
     _origin(axes, calibration, tip, extent_x_mm)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xlabel="x, px", ylabel="y, px")
