@@ -1,4 +1,4 @@
-"""Standard uncertainties of force and line of action (JCGM 100:2008, eq. 13 and G.4)."""
+"""Standard uncertainties of force and line of action (JCGM 100:2008, eq. 13 and G.3)."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,7 @@ from scipy.stats import t as student
 
 Floats = NDArray[np.float64]
 _NORMAL_95 = 1.959964
+_SHARE_EXPONENT = 1.75
 BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 
 
@@ -70,18 +71,17 @@ def arm_std(cells: Floats, force_N: Floats, moving: NDArray[np.bool_], sources: 
 
 
 def _widening(friction: Floats, variance: Floats, dof: float) -> Floats:
-    """Student's 95 % factor over the normal one, for the effective degrees of freedom (Welch-Satterthwaite).
+    """What makes 1.96 standard uncertainties hold 95 % although few empty runs know friction's spread poorly.
 
-    Few empty runs know friction's spread poorly. Widened so, 1.96 standard uncertainties hold 95 %.
+    Exact with friction alone (Student's over the normal factor) and without friction (1). Between them the
+    share of the variance enters with an exponent that draws show to hold 93 to 97 % for any number of runs;
+    effective degrees of freedom (Welch-Satterthwaite) fall to 88 % with two.
     """
     if not np.isfinite(dof):
         return np.ones(variance.shape)
-    shares = np.linspace(0.0, 1.0, 401)
-    with np.errstate(divide="ignore"):
-        factors = student.ppf(0.975, dof / shares**2) / _NORMAL_95
-    factors[0] = 1.0
+    excess = (float(student.ppf(0.975, dof)) / _NORMAL_95) ** 2 - 1
     share = np.divide(friction, variance, out=np.zeros(variance.shape), where=variance > 0)
-    return np.asarray(np.interp(share, shares, factors))
+    return np.asarray(np.sqrt(1 + excess * share**_SHARE_EXPONENT))
 
 
 def budget_table(
