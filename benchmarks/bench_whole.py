@@ -14,14 +14,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.spatial import cKDTree
 
 from ploughval import process
 from ploughval.axes import Status
 from ploughval.run.results import results_of
 from ploughval.scene import load_scene
-from ploughval.synth import EXAMPLE, load_truth, make_folder
+from ploughval.synth import EXAMPLE, Truth, load_truth, make_folder
 
-NEAR_BLADE_MM = 1.0
+LAYER_STEP_MM = 0.02  # spacing of the material points that stand for a true layer
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tables = {}
     if options.folder:
         for folder in options.folder:
-            tables[folder.name] = errors_of(folder, results_of(folder))
+            tables[folder.resolve().name] = errors_of(folder, results_of(folder))
     else:
         with tempfile.TemporaryDirectory() as scratch:
             for seed in options.seeds:
@@ -73,20 +74,19 @@ def errors_of(folder: Path, results: Path) -> list[Row]:
     scene = load_scene(folder)
     truth = load_truth(folder)
     scale = scene.camera.mm_per_px if scene.camera is not None else np.nan
-    files = truth.folder
     rows: list[Row] = []
     if (results / "tracks.nc").is_file():
         rows += track_errors(results, truth, scale)
-        rows += blade_errors(results, files, scale)
-        rows += surface_errors(results, files, scale)
-        rows += layer_errors(results, files, scale)
-        rows += band_errors(results, files)
+        rows += blade_errors(results, truth, scale)
+        rows += surface_errors(results, truth, scale)
+        rows += layer_errors(results, truth, scale)
+        rows += band_errors(results, truth)
     if (results / "force.csv").is_file():
-        rows += force_errors(results, files)
+        rows += force_errors(results, truth)
     return rows
 
 
-def track_errors(results: Path, truth: object, scale: float) -> list[Row]:
+def track_errors(results: Path, truth: Truth, scale: float) -> list[Row]:
     """Tracked positions against the exact motion of the same sand."""
     with xr.open_dataset(results / "tracks.nc", engine="h5netcdf") as tracks:
         tracks.load()
@@ -118,16 +118,16 @@ def track_errors(results: Path, truth: object, scale: float) -> list[Row]:
     ]
 
 
-def blade_errors(results: Path, files: Path, scale: float) -> list[Row]:
+def blade_errors(results: Path, truth: Truth, scale: float) -> list[Row]:
     """Blade face against its true place."""
-    measured, true = pd.read_csv(results / "blade.csv"), pd.read_csv(files / "blade.csv")
+    measured, true = pd.read_csv(results / "blade.csv"), truth.blade
     error = (measured["blade_x_mm"] - true["u_mm"]) / scale
     return [Row("blade face, rms", float(np.sqrt(np.mean(error**2))), "px")]
 
 
-def surface_errors(results: Path, files: Path, scale: float) -> list[Row]:
+def surface_errors(results: Path, truth: Truth, scale: float) -> list[Row]:
     """Free surface against the true one, vertically, at the measured places."""
-    measured, true = pd.read_csv(results / "surface.csv"), pd.read_csv(files / "surface.csv")
+    measured, true = pd.read_csv(results / "surface.csv"), truth.surface
     errors = []
     for frame, rows in measured.groupby("frame"):
         line = true[true["frame"] == frame]
@@ -142,31 +142,30 @@ def surface_errors(results: Path, files: Path, scale: float) -> list[Row]:
     ]
 
 
-def layer_errors(results: Path, files: Path, scale: float) -> list[Row]:
-    """Measured layer points: distance to the true line of the same layer and frame."""
-    from ploughval.compare.layers import distance_to_line
-
-    measured, true = pd.read_csv(results / "layers.csv"), pd.read_csv(files / "layers.csv")
-    rows = []
-    for source, part in measured.groupby("source"):
-        errors = []
-        for (frame, layer), points in part.groupby(["frame", "layer"]):
-            line = true[(true["frame"] == frame) & np.isclose(true["layer"], layer)]
-            if len(line):
-                xy = points[["x_mm", "y_mm"]].dropna().to_numpy()
-                errors.append(np.abs(distance_to_line(xy, line[["x_mm", "y_mm"]].to_numpy())) / scale)
-        error = np.concatenate(errors)
-        error = error[np.isfinite(error)]
-        rows += [
+def layer_errors(results: Path, truth: Truth, scale: float) -> list[Row]:
+    """Measured layer points: distance to the nearest of closely spaced material points of the same layer."""
+    measured = pd.read_csv(results / "layers.csv").dropna(subset=["x_mm", "y_mm"])
+    along = np.arange(0.0, truth.surface["x_mm"].max(), LAYER_STEP_MM)
+    errors: dict[str, list[np.ndarray]] = {str(source): [] for source in measured["source"].unique()}
+    for layer, rows in measured.groupby("layer"):
+        lines = truth.positions(np.column_stack([along, np.full_like(along, layer)]))
+        for (frame, source), points in rows.groupby(["frame", "source"]):
+            line = lines[frame][np.isfinite(lines[frame][:, 0])]
+            distance, _ = cKDTree(line).query(points[["x_mm", "y_mm"]].to_numpy())
+            errors[str(source)].append(distance / scale)
+    found = []
+    for source, parts in errors.items():
+        error = np.concatenate(parts)
+        found += [
             Row(f"layers ({source}), median", float(np.median(error)), "px"),
             Row(f"layers ({source}), 95 %", float(np.quantile(error, 0.95)), "px"),
         ]
-    return rows
+    return found
 
 
-def band_errors(results: Path, files: Path) -> list[Row]:
+def band_errors(results: Path, truth: Truth) -> list[Row]:
     """Shear bands in order of their start against the true ones."""
-    measured, true = pd.read_csv(results / "bands.csv"), pd.read_csv(files / "bands.csv")
+    measured, true = pd.read_csv(results / "bands.csv"), truth.bands
     rows = [Row("bands true", float(len(true)), "1"), Row("bands found", float(len(measured)), "1")]
     if not len(measured):
         return rows
@@ -180,9 +179,9 @@ def band_errors(results: Path, files: Path) -> list[Row]:
     return rows
 
 
-def force_errors(results: Path, files: Path) -> list[Row]:
+def force_errors(results: Path, truth: Truth) -> list[Row]:
     """Force and line of action against the truth at the times of the record, blade in motion."""
-    measured, true = pd.read_csv(results / "force.csv"), pd.read_csv(files / "force.csv")
+    measured, true = pd.read_csv(results / "force.csv"), truth.force
     moving = measured["u_mm"] > 0.05
     measured = measured[moving]
     at = {name: np.interp(measured["time_s"], true["time_s"], true[name]) for name in ("force_N", "arm_mm")}

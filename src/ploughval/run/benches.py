@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-import ploughval
 from ploughval.errors import ConfigError, Fault
 
 PREFIX = "bench_"
@@ -20,7 +19,7 @@ def bench_folder() -> Path:
     ConfigError
         When neither is there.
     """
-    package = Path(ploughval.__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     for folder in (package / "benchmarks", package.parents[1] / "benchmarks"):
         if any(folder.glob(f"{PREFIX}*.py")):
             return folder
