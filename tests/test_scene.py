@@ -296,3 +296,41 @@ def test_models_made_in_code_refuse_conflicts_too():
         Soil(unit_weight_kN_m3=16.0, peak_friction_deg=30.0, residual_friction_deg=32.0)
     with pytest.raises(ValidationError, match="exactly one of"):
         Camera(photos="*.png")
+
+
+@pytest.mark.parametrize(
+    "weird", ['""', '"x"', "-1", "true", "nan", "[]", "[[]]", "{}", "{a = 1}", "1979-05-27", "[{}, 1]"]
+)
+def test_whatever_stands_at_a_key_the_answer_is_a_scene_or_all_faults(load, weird):
+    rules = TEST + SOIL + CAMERA + CELLS + "[tracers]\nlayers_mm = [5]\n[model]\nrun = true\n"
+    extra = {
+        "camera": ("times", "board", "control_points", "view_px", "clock_offset_s"),
+        "loadcells": ("rest_s", "columns"),
+    }
+    lines = rules.splitlines()
+    for k, line in enumerate(lines):
+        if line.startswith("["):
+            table = line.strip("[]")
+            tries = [[*lines[: k + 1], f"{key} = {weird}", *lines[k + 1 :]] for key in extra.get(table, ())]
+            whole = [f"{table} = {weird}", *(x for x in lines if x not in block(lines, k))]
+            tries.append(whole)
+        else:
+            tries = [[*lines[:k], f"{line.split(' = ')[0]} = {weird}", *lines[k + 1 :]]]
+        for text in tries:
+            found = faults_of(load, "\n".join(text))
+            assert all(fault.place and fault.value and fault.expected for fault in found)
+
+
+def faults_of(load, text):
+    """Faults of a text, or none where it is a scene; any other error goes through."""
+    try:
+        load(text)
+    except ConfigError as error:
+        return error.faults
+    return ()
+
+
+def block(lines, start):
+    """A table's header and its lines."""
+    end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
+    return lines[start:end]
