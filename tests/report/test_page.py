@@ -9,9 +9,11 @@ from html.parser import HTMLParser
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 from ploughval.errors import ConfigError, DataError
 from ploughval.report import write_report
+from ploughval.scene import load_scene
 
 HOSTILE = """<script>alert(1)</script>"><img src=x onerror=alert(2)> & {{ 7 * 7 }} $\\frac{$"""
 
@@ -292,3 +294,28 @@ def test_photograph_is_left_out_with_a_note_where_it_cannot_be_read_any_more(mak
     folder = make_results(tmp_path / "r", test_folder=tmp_path / "moved")
     text = write_report(folder).read_text(encoding="utf-8")
     assert "the test folder can no longer be read as it was" in text
+
+
+def test_measured_layers_lie_over_the_photograph_where_it_can_be_read(make_results, tmp_path):
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    grains = np.random.default_rng(5)
+    for frame in range(13):
+        Image.fromarray(grains.integers(0, 255, (130, 480), dtype=np.uint8)).save(
+            photos / f"f{frame:03d}.png"
+        )
+    (tmp_path / "test.toml").write_text(
+        '[test]\nname = "d30"\n[blade]\ndepth_mm = 30.0\nwidth_mm = 218.0\n'
+        '[camera]\nphotos = "photos/*.png"\nmm_per_px = 0.5\ntip_px = [30.0, 100.0]\n'
+        "times = {start_s = 10.0, interval_s = 5.0}\n"
+    )
+    folder = make_results(tmp_path / "results", test_folder=tmp_path, stages=2)
+    changed = write_report(folder).read_text(encoding="utf-8")
+    assert "test.toml has changed since the run" in changed
+    record = json.loads((folder / "run.json").read_text())
+    record["settings_hash"] = load_scene(tmp_path).settings_hash
+    (folder / "run.json").write_text(json.dumps(record))
+    (photos / "f012.png").write_bytes(b"no longer a photograph")
+    text = write_report(folder).read_text(encoding="utf-8")
+    assert text.count("data:image/jpeg;base64,") == 1  # frame 6; frame 12 is broken
+    assert "The photograph of frame 12 is not shown" in text
