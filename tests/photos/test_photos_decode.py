@@ -115,6 +115,33 @@ def test_exif_orientation_does_not_turn_the_samples(tmp_path, ending):
     assert read_header(path).shape == (20, 30)
 
 
+def test_exif_after_the_samples_of_a_png_is_found(tmp_path):
+    path = tmp_path / "a.png"
+    Image.fromarray(COLOUR).save(path)
+    exif = Image.Exif()
+    exif[0x0112] = 3
+    exif.get_ifd(0x8769)[0x9003] = "2024:05:01 10:00:00"
+    chunk = b"eXIf" + exif.tobytes().removeprefix(b"Exif\0\0")
+    data = path.read_bytes()
+    added = struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
+    path.write_bytes(data[:-12] + added + data[-12:])
+    assert read_header(path).orientation == 3
+    assert read_header(path).exif.date == "2024:05:01 10:00:00"
+
+
+def test_a_header_is_read_without_decoding(tmp_path, monkeypatch):
+    for name in ("a.jpg", "a.png", "a.tif", "a.bmp"):
+        Image.fromarray(COLOUR).save(tmp_path / name)
+
+    def refuse(self):
+        raise AssertionError("decoded")
+
+    monkeypatch.setattr(Image.Image, "load", refuse)
+    monkeypatch.setattr("PIL.ImageFile.ImageFile.load", refuse)
+    for name in ("a.jpg", "a.png", "a.tif", "a.bmp"):
+        assert read_header(tmp_path / name).shape == (20, 30)
+
+
 def test_palette_is_looked_up(tmp_path):
     palette = RNG.integers(0, 256, (256, 3)).astype(np.uint8)
     index = RNG.integers(0, 256, (20, 30)).astype(np.uint8)

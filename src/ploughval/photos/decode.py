@@ -144,8 +144,23 @@ def _pillow_header(path: Path, start: bytes) -> Header:
     with Image.open(path) as image:
         pages = range(int(getattr(image, "n_frames", 1))) if image.format == "GIF" else (0,)
         bits = _png_bits(start) or (16 if image.mode.startswith("I;16") else 8)
-        orientation, exif = _exif(image.getexif)
+        tags = image.getexif if image.format != "PNG" else lambda: _png_exif(path)
+        orientation, exif = _exif(tags)
         return Header(image.size[::-1], orientation, max(bits, 8), tuple(pages), exif)
+
+
+def _png_exif(path: Path) -> Image.Exif:
+    """The eXIf chunk, wherever it stands; Pillow would decode the whole picture in search of it."""
+    exif = Image.Exif()
+    with path.open("rb") as file:
+        file.seek(len(_PNG_MAGIC))
+        while len(head := file.read(8)) == 8:
+            length, kind = struct.unpack(">I4s", head)
+            if kind == b"eXIf":
+                exif.load(file.read(length))
+                break
+            file.seek(length + 4, io.SEEK_CUR)
+    return exif
 
 
 def _tiff_header(path: Path) -> Header:
