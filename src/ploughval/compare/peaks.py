@@ -55,7 +55,7 @@ def find_extremes(curve: Curve, prominence_N: float) -> pd.DataFrame:
     force = curve.force_N
     found, properties = find_peaks(np.concatenate([[0.0], force]), prominence=prominence_N)
     tops = found - 1
-    ends = np.append(tops[1:], force.size - 1)
+    ends = np.append(tops[1:], force.size - 1)[: len(tops)]
     spans = zip(tops, ends, strict=True)
     lows = np.array([a + int(np.argmin(force[a : b + 1])) for a, b in spans], dtype=int)
     inner = lows < force.size - 1
@@ -80,14 +80,15 @@ def find_extremes(curve: Curve, prominence_N: float) -> pd.DataFrame:
 
 
 def _place_std(curve: Curve, k: int, sign: int) -> float:
-    """Uncertainty of an extreme's place: the travel within two noise widths of it, as a rectangle."""
-    near = sign * curve.force_N >= sign * curve.force_N[k] - 2 * curve.noise_std_N[k]
-    left, right = k, k
-    while left > 0 and near[left - 1]:
-        left -= 1
-    while right < near.size - 1 and near[right + 1]:
-        right += 1
-    return float(max(curve.step_mm, curve.u_mm[right] - curve.u_mm[left]) / np.sqrt(12.0))
+    """Uncertainty of an extreme's place: all travel around it within three noise widths, as a rectangle."""
+    force = sign * curve.force_N
+    limit = force[k] - 3 * curve.noise_std_N[k]
+    # Six noise widths down the flank no neighbour belongs to this extreme any more.
+    away = np.flatnonzero(force <= limit - 3 * curve.noise_std_N[k])
+    left = away[away < k].max(initial=-1) + 1
+    right = away[away > k].min(initial=force.size) - 1
+    near = left + np.flatnonzero(force[left : right + 1] >= limit)
+    return float(max(curve.step_mm, curve.u_mm[near[-1]] - curve.u_mm[near[0]]) / np.sqrt(12.0))
 
 
 def force_quantities(curve: Curve, extremes: pd.DataFrame, depth_mm: float) -> Mapping[str, Quantity]:

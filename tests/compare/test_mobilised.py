@@ -1,0 +1,89 @@
+"""The mechanism inverted: friction put in comes back out."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from ploughval.axes import BAND_COLUMNS
+from ploughval.compare.curve import model_curve
+from ploughval.compare.mobilised import mobilised_friction, mobilised_table
+from ploughval.scene import Scene
+
+
+def thrust(weight, beta, phi, wall):
+    """Force from the closed polygon of weight, band reaction and face reaction, solved as a linear system."""
+    b, p, w = np.radians([beta, phi, wall])
+    # Unknown: face reaction N on the block (inclined by wall friction, downwards) and band reaction R.
+    matrix = np.array([[np.cos(w), -np.sin(b + p)], [-np.sin(w), np.cos(b + p)]])
+    return np.linalg.solve(matrix, [0.0, weight])[0]
+
+
+@given(st.floats(1, 50), st.floats(10, 55), st.floats(0, 25), st.floats(0.1, 1e3))
+def test_friction_from_a_closed_force_polygon_is_recovered(beta, phi, wall, weight):
+    assume(beta + phi + wall < 85)
+    force = thrust(weight, beta, phi, wall)
+    assert float(mobilised_friction(force, weight, beta, wall)) == pytest.approx(phi, abs=1e-8)
+
+
+def scene(**soil):
+    base = {"unit_weight_kN_m3": 16.0, "peak_friction_deg": 50.0, "residual_friction_deg": 32.0}
+    return Scene.model_validate(
+        {"test": {"name": "t"}, "blade": {"depth_mm": 30, "width_mm": 218}, "soil": base | soil}
+    )
+
+
+def level_case(phi_deg, wall_deg=0.0, outcrop_x=80.0, stds=0.0):
+    """Level sand 30 mm above the tip, band fixed at an outcrop: area 15 (x - u), tan beta = 30 / (x - u)."""
+    u = np.arange(0.0, 20.0, 2.0)
+    length = outcrop_x - u
+    weight = 16e-6 * 15 * length * 218
+    beta = np.degrees(np.arctan(30 / length))
+    force = [thrust(w, b, phi_deg, wall_deg) for w, b in zip(weight, beta, strict=True)]
+    curve = model_curve(pd.DataFrame({"u_mm": u, "force_N": force}), stds)
+    x = np.arange(0, 200, 0.5)
+    surface = pd.concat(
+        [
+            pd.DataFrame({"frame": k, "u_mm": one, "x_mm": x[x >= one], "y_mm": 30.0})
+            for k, one in enumerate(u)
+        ]
+    )
+    bands = pd.DataFrame([(1, 0.0, 18.0, beta[0], 0.0, outcrop_x, 0.0, 0.0)], columns=list(BAND_COLUMNS))
+    return curve, bands, surface, beta
+
+
+@pytest.mark.parametrize("wall", [0.0, 12.0])
+def test_level_sand_returns_the_friction_that_made_the_force(wall):
+    curve, bands, surface, beta = level_case(41.0, wall)
+    table = mobilised_table(scene(wall_friction_deg=wall), curve, bands, surface)
+    np.testing.assert_allclose(table["phi_deg"], 41.0, atol=1e-9)
+    np.testing.assert_allclose(table["beta_deg"], beta, atol=1e-9)
+    assert (table["status"] == "ok").all()
+    # Slip: integral of du / cos(atan(30 / (80 - u))), that is of sqrt(1 + 900 / s^2) over s, on a fine grid.
+    s = np.linspace(80 - 18.0, 80, 2001)
+    exact = np.trapezoid(np.sqrt(1 + 900 / s**2), s)
+    assert table["slip_mm"].iloc[-1] == pytest.approx(exact, rel=1e-3)
+
+
+def test_uncertainty_of_the_force_reaches_the_angle():
+    curve, bands, surface, _ = level_case(41.0, stds=0.05)
+    table = mobilised_table(scene(), curve, bands, surface)
+    force, weight = table["force_N"].to_numpy(), table["weight_N"].to_numpy()
+    # phi = atan(P / W) - beta, so u(phi) = u(P) / W / (1 + (P / W)^2).
+    expected = np.degrees(0.05 / weight / (1 + (force / weight) ** 2))
+    np.testing.assert_allclose(table["phi_std_deg"], expected, rtol=0.02)
+
+
+def test_missing_parts_are_named_and_stay_empty():
+    curve, bands, surface, _ = level_case(41.0)
+    hole = (surface["frame"] == 3) & surface["x_mm"].between(30, 40)
+    surface = surface.assign(y_mm=surface["y_mm"].where(~hole))
+    late = bands.assign(u_start_mm=3.0, u_end_mm=15.0)
+    short = curve.until(11.0)
+    table = mobilised_table(scene(), short, late, surface)
+    assert (
+        table["status"].tolist()
+        == ["no_band"] * 2 + ["ok", "no_surface", "ok", "ok"] + ["no_force"] * 2 + ["no_band"] * 2
+    )
+    assert table["phi_deg"].notna().tolist() == [s == "ok" for s in table["status"]]
