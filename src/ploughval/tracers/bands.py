@@ -98,7 +98,7 @@ def _increment(
 ) -> tuple[float, ...]:
     """One row of the table of increments, and the height of the outcrop."""
     u0, u1 = (float(tracks["u_mm"].to_numpy()[k]) for k in (first, last))
-    frame = int(tracks["frame"].to_numpy()[first]) if "frame" in tracks.coords else first
+    frame = _number(tracks, first)
     place, moved, noise = _motion(tracks, first, last)
     line = None
     tip = (u0 + u1) / 2
@@ -107,7 +107,9 @@ def _increment(
         line = fit_line(place[ahead] - [tip, 0.0], moved[ahead, 0] / (u1 - u0), noise / (u1 - u0))
     if line is None:
         return (frame, u0, u1 - u0, *[np.nan] * 5, np.nan)
-    x, y, std = _outcrop(surface, frame, tip, line)
+    ends = [_outcrop(_line_of(surface, tracks, k), tip, line) for k in (first, last)]
+    x, std = np.mean(ends, axis=0)
+    y = _height(_line_of(surface, tracks, first), x)
     slip = (u1 - u0) / np.cos(np.radians(line.beta_deg))
     return (frame, u0, u1 - u0, line.beta_deg, line.std_deg, x, std, slip, y)
 
@@ -124,20 +126,37 @@ def _motion(tracks: xr.Dataset, first: int, last: int) -> tuple[Floats, Floats, 
     return (before + after) / 2, after - before, noise
 
 
-def _outcrop(surface: pd.DataFrame, frame: int, tip: float, line: BandLine) -> tuple[float, float, float]:
-    """Where the line leaves the sand: x, y and std of x, mm; NaN where the surface was not seen."""
-    seen = surface[surface["frame"] == frame].dropna(subset=["x_mm", "y_mm"])
-    x, y = seen["x_mm"].to_numpy(), seen["y_mm"].to_numpy()
-    order = np.argsort(x, kind="stable")
-    x, y = x[order], y[order]
+def _number(tracks: xr.Dataset, index: int) -> int:
+    """Number of the frame that stands at a place in the tracks."""
+    return int(tracks["frame"].to_numpy()[index]) if "frame" in tracks.coords else index
+
+
+def _line_of(surface: pd.DataFrame, tracks: xr.Dataset, index: int) -> Floats:
+    """Free surface in one frame, (M, 2) mm, in order of x."""
+    seen = surface.loc[surface["frame"] == _number(tracks, index), ["x_mm", "y_mm"]].dropna()
+    return seen.sort_values("x_mm", kind="stable").to_numpy(float)
+
+
+def _height(surface: Floats, x_mm: float) -> float:
+    """Height of the surface at a place, mm; NaN where it was not seen."""
+    return (
+        float(np.interp(x_mm, surface[:, 0], surface[:, 1], left=np.nan, right=np.nan))
+        if len(surface)
+        else np.nan
+    )
+
+
+def _outcrop(surface: Floats, tip: float, line: BandLine) -> tuple[float, float]:
+    """Where the line leaves the sand: x and its std, mm; NaN where the surface was not seen."""
+    x, y = surface.T
     slope = np.tan(np.radians(line.beta_deg))
     over = y - (x - tip) * slope
     out = np.flatnonzero((over[:-1] >= 0) & (over[1:] < 0) & (x[1:] > tip))
     if len(out) == 0:
-        return np.nan, np.nan, np.nan
+        return np.nan, np.nan
     k = int(out[0])
     part = over[k] / (over[k] - over[k + 1])
-    at, height = x[k] + part * (x[k + 1] - x[k]), y[k] + part * (y[k + 1] - y[k])
+    at = x[k] + part * (x[k + 1] - x[k])
     surface_slope = (y[k + 1] - y[k]) / (x[k + 1] - x[k])
     turn = np.radians(line.std_deg) * (at - tip) * (1 + slope**2)
-    return float(at), float(height), float(turn / max(slope - surface_slope, 0.05))
+    return float(at), float(turn / max(slope - surface_slope, 0.05))

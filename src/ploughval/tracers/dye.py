@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from scipy.ndimage import median_filter
 
 from ploughval.scene import Tracers
 from ploughval.tracers.view import Floats, Image, Mask, View
@@ -10,6 +11,7 @@ _STEP_PX = 2  # one point of a layer every so many columns
 _STIFFNESS = 0.05  # cost of a pixel of rise between two points
 _TEAR = 3.0  # cost of a jump, where a band has torn the layer
 _STRAY = 1.0  # cost of leaving the place expected from the frame before, by one thickness
+_MEDIAN = 7  # points of the running median along a layer
 _BRIDGE_PX = 60  # gaps up to twice this long keep the line through their ends as what is expected next
 _REACH_PX = 3  # rise between two points that is still no jump
 _DEFAULT_THICKNESS_MM = 2.0
@@ -82,6 +84,8 @@ class DyeFollower:
         centre = _ridge(share, self._thickness, low, high)
         row, found = _edges(share, centre, self._thickness)
         found &= self._columns > self._face + 2
+        found = _without_scraps(row, found, round(1.5 * self._thickness / _STEP_PX) + 2)
+        row = _smoothed(row, found)
         self._rows[height] = _filled(self._columns, row, found, self._rows[height])
         return self._in_world(row, found)
 
@@ -100,7 +104,7 @@ class DyeFollower:
         points = np.column_stack([self._view.x_mm(self._columns), self._view.y_mm(row)])
         line = np.column_stack([points, std * self._view.step_mm])
         line[~found] = np.nan
-        torn = found[1:] & found[:-1] & (np.abs(np.diff(np.where(found, row, 0.0))) > 2 * _REACH_PX)
+        torn = found[1:] & found[:-1] & _tears(row, found)
         line = np.insert(line, np.flatnonzero(torn) + 1, np.nan, axis=0)
         real = np.isfinite(line[:, 0])
         kept = real | np.append(False, real[:-1])
@@ -167,6 +171,29 @@ def _part(outside: Floats, inside: Floats) -> Floats:
     """Where between two pixels the level passes one half, 0 at the outer one."""
     rise = inside - outside
     return np.clip((0.5 - outside) / np.where(rise == 0, 1.0, rise), 0.0, 1.0)
+
+
+def _tears(row: Floats, found: Mask) -> Mask:
+    """Whether a layer is broken between each point and the next, (K - 1,) bool."""
+    step = np.abs(np.diff(np.where(found, row, 0.0)))
+    return np.asarray(~(found[1:] & found[:-1]) | (step > 2 * _REACH_PX))
+
+
+def _without_scraps(row: Floats, found: Mask, least: int) -> Mask:
+    """Found points without stretches of fewer than ``least`` of them: dark spots, not a layer."""
+    stretch = np.concatenate([[0], np.cumsum(_tears(row, found))])
+    count = np.bincount(stretch, weights=found)
+    return np.asarray(found & (count[stretch] >= least))
+
+
+def _smoothed(row: Floats, found: Mask) -> Floats:
+    """Running median along each stretch of a layer: single grains do not count."""
+    row = row.copy()
+    stretch = np.concatenate([[0], np.cumsum(_tears(row, found))])
+    for number in np.unique(stretch[found]):
+        part = found & (stretch == number)
+        row[part] = median_filter(row[part], _MEDIAN, mode="nearest")
+    return row
 
 
 def _filled(column: Floats, row: Floats, found: Mask, before: Floats) -> Floats:

@@ -98,7 +98,7 @@ def _episode(rows: pd.DataFrame) -> Episode:
     u = (rows["u_mm"] + rows["du_mm"] / 2).to_numpy()
     start = float(rows["u_mm"].iloc[0])
     x, x_std = _at_start(u - start, rows["outcrop_x_mm"].to_numpy(), rows["outcrop_std_mm"].to_numpy())
-    y = float(np.median(rows["outcrop_y_mm"].to_numpy()[:3]))
+    y = float(rows["outcrop_y_mm"].iloc[0])
     beta = np.degrees(np.arctan2(y, x - start))
     beta_std = np.degrees(x_std * y / (y**2 + (x - start) ** 2))
     return Episode(rows.index, float(beta), float(beta_std), x, x_std)

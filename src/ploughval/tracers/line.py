@@ -10,6 +10,7 @@ from ploughval.tracers.view import Floats
 _LEAST_MOVING = 4  # points on either side of a line
 _WIDTH_SPACINGS = 0.3  # least half-width of the change from rest to motion, in spacings of the points
 _ITERATIONS = 40
+_GROUPS = 8  # stretches of the line whose residuals may go together
 _FAR_WIDTHS = 6.0  # points further from the line than this take no part in its fit
 
 
@@ -95,12 +96,21 @@ def _refine(place: Floats, share: Floats, angle: float, spacing: float, noise: f
         limit = 0.5 * width / max(float(along.max()), spacing)
         angle += float(np.clip(step[0], -limit, limit))
         width = float(np.clip(width + np.clip(step[1], -width / 2, width), least, 20 * spacing))
-        freedom = max(int(near.sum()) - 2, 1)
-        spread = max(float(np.sum(weight * residual**2)) / freedom, noise**2)
-        std = float(np.sqrt(spread * np.linalg.inv(normal)[0, 0]))
+        std = _angle_std(normal, jacobian, weight * residual, along[near], noise)
         if abs(step[0]) < 1e-7:
             break
     return BandLine(float(np.degrees(angle)), float(np.degrees(std)), width)
+
+
+def _angle_std(normal: Floats, jacobian: Floats, residual: Floats, along: Floats, noise: float) -> float:
+    """Standard deviation of the angle, from residuals that go together in groups along the line."""
+    inverse = np.linalg.inv(normal)
+    group = np.minimum((along / max(float(along.max()), 1e-9) * _GROUPS).astype(int), _GROUPS - 1)
+    scores = np.zeros((_GROUPS, 2))
+    np.add.at(scores, np.maximum(group, 0), residual[:, None] * jacobian)
+    grouped = inverse @ (scores.T @ scores) @ inverse * _GROUPS / (_GROUPS - 1)
+    spread = max(float(np.sum(residual**2)) / max(len(residual) - 2, 1), noise**2)
+    return float(np.sqrt(max(grouped[0, 0], spread * inverse[0, 0])))
 
 
 def _spacing(place: Floats) -> float:

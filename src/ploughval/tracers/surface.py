@@ -111,7 +111,9 @@ def _refine(image: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
     value, scatter = _line_fit(crossing)
     lonely = np.abs(crossing - value) > 3 * np.maximum(scatter, 0.3)
     value, scatter = _line_fit(np.where(lonely, value, crossing))
-    std = np.maximum(scatter / np.sqrt(_SMOOTH / 3), _STD_FLOOR_PX)
+    # Grains and the averaging along the surface leave about three independent values in a window:
+    # its mean is then about as uncertain as its scatter, and the scatter itself badly known.
+    std = np.maximum(np.maximum(scatter, np.median(scatter)), _STD_FLOOR_PX)
     return value, np.where(lost, np.maximum(std, 1.0), std)
 
 
