@@ -147,6 +147,7 @@ class _Run:
         else:
             found.window = WindowRecord.from_arrays(arrays)
         self._time("photographs", start)
+        found.warnings += found.frames.notes
         lost = sorted(found.window.lost_frames.items())
         found.faults += [f"frame {frame}: {reason}" for frame, reason in lost]
 

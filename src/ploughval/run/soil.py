@@ -41,7 +41,8 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
     record = _force_record(scene, results)
     known = record[["u_mm", "force_N", "force_std_N"]].notna().all(axis=1) & (record["u_mm"] > 0)
     used = record.loc[known]
-    fitted = fit_soil(*(used[name].to_numpy(float) for name in ("u_mm", "force_N", "force_std_N")), scene)
+    u, force, std = (used[name].to_numpy(float) for name in ("u_mm", "force_N", "force_std_N"))
+    fitted = fit_soil(u, force, std, scene)
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
     return fitted, path
