@@ -29,6 +29,8 @@ from ploughval.report.stages import stage_frames, view
 from ploughval.report.text import number
 from ploughval.scene import Step
 
+MOST_FIELDS = 6  # a field is heavy; the layers show every stage
+
 
 def not_had(results: Results, step: Step, what: str) -> tuple[str, ...]:
     """A note when a step was called for but left no file; its faults stand in the last chapter."""
@@ -144,7 +146,9 @@ def field_chapter(results: Results, pen: Pen) -> Chapter | None:
     u, numbers = tracks["u_mm"].to_numpy(), tracks["frame"].to_numpy()
     measured = np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
     drawings: list[Drawing] = []
-    for frame in stage_frames(results):
+    frames = stage_frames(results)
+    step = max(1, -(-len(frames) // MOST_FIELDS))
+    for frame in frames[::-step][::-1]:  # the last stage is always among them
         row = int(np.argmin(np.abs(numbers - frame)))
         earlier = np.flatnonzero(measured[:row] & (u[:row] < u[row]))
         if numbers[row] != frame or not measured[row] or not earlier.size:
@@ -215,16 +219,20 @@ def budget_chapter(results: Results, pen: Pen) -> Chapter | None:
     heads = {"sensitivity_N": "Sensitivity, N per unit", "share": "Share of variance"}
     head = [heads.get(name, name.replace("_", " ").capitalize()) for name in budget.columns]
     rows = [
-        [
-            _percent(value) if name == "share" else value_cell(value)
-            for name, value in zip(budget.columns, row, strict=True)
-        ]
+        [_budget_cell(name, value) for name, value in zip(budget.columns, row, strict=True)]
         for row in budget.itertuples(index=False, name=None)
     ]
     return Chapter(
-        "budget", "Uncertainty of the force", drawings=drawings, tables=[Table("Budget", head, rows)]
+        "budget",
+        "Uncertainty of the force",
+        drawings=drawings,
+        tables=[Table("Budget", head, rows, kind="cards")],
     )
 
 
-def _percent(share: float) -> Cell:
-    return Cell(f"{100 * share:.1f} %".replace("-", "−"), share) if np.isfinite(share) else value_cell(None)
+def _budget_cell(column: str, value: object) -> Cell:
+    if column == "source":
+        return Cell(str(value).replace("_", " "))
+    if column == "share" and isinstance(value, float) and np.isfinite(value):
+        return Cell(f"{100 * value:.1f} %".replace("-", "−"), value)
+    return value_cell(value)
