@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 from scipy.stats import qmc
 
 from ploughval.errors import ConfigError, ConvergenceError, DataError, Fault
@@ -125,20 +125,29 @@ def fit_soil(
     u, force, std = _usable(u_mm, force_N, force_std_N, len(names))
     coarse = _residuals(scene, names, (u, force, std), SCAN_TOLERANCE)
     exact = _residuals(scene, names, (u, force, std), FIT_TOLERANCE)
-    best: Floats | None = None
-    for start in _scan(coarse, low, high):
-        found = start
+    ends, costs = [], []
+    for found in _scan(coarse, low, high):
         for step in STEPS:
             found = _search(exact, found, low, high, step)
-        if best is None or np.sum(exact(found) ** 2) < np.sum(exact(best) ** 2):
-            best = found
-    if best is None:
+        ends.append(found)
+        costs.append(float(np.sum(exact(found) ** 2)))
+    if not ends:
         raise ConvergenceError(f"{scene.source}: no soil in the range searched can be modelled; check [box]")
+    plain = {"peak_friction_deg", "residual_friction_deg"} <= set(names)
+    if plain:
+        ends.append(_without_softening(exact, names, ends[int(np.argmin(costs))], low, high))
+        costs.append(float(np.sum(exact(ends[-1]) ** 2)))
+    least = min(costs)
+    alike = [k for k, cost in enumerate(costs) if cost < least + 9.0 * max(1.0, least / len(u))]
+    # the last is the fit without softening: nothing more is claimed where it does as well
+    best = ends[-1] if plain and alike[-1] == len(ends) - 1 else ends[int(np.argmin(costs))]
     finest = _residuals(scene, names, (u, force, std), LAST_TOLERANCE)
     last = _search(finest, best, low, high, STEPS[-1])
     # first order in the step: what is left is to what was gained as the tolerances
     numerical = np.abs(last - best) * LAST_TOLERANCE / (FIT_TOLERANCE - LAST_TOLERANCE)
-    return _result(scene, names, last, _Local(finest, low, high, numerical), std)
+    return _result(
+        scene, names, last, _Local(finest, low, high, numerical, np.array([ends[k] for k in alike])), std
+    )
 
 
 def _check(scene: Scene, names: tuple[str, ...]) -> None:
@@ -254,12 +263,28 @@ def _slopes(
 
 @dataclass(frozen=True, slots=True)
 class _Local:
-    """What is known around the best values: residuals, the range searched, the numerical error there."""
+    """Around the best values: residuals, range searched, numerical error, and what fits alike (3 sigma)."""
 
     residuals: Callable[[Floats], Floats]
     low: Floats
     high: Floats
     numerical: Floats
+    alike: Floats
+
+
+def _without_softening(
+    residuals: Callable[[Floats], Floats], names: tuple[str, ...], near: Floats, low: Floats, high: Floats
+) -> Floats:
+    """The best peak angle when the residual angle is the same: is softening seen in the record at all?"""
+    k = names.index("peak_friction_deg")
+    level = near.copy()
+    level[names.index("residual_friction_deg")] = 1.0
+
+    def cost(peak: float) -> float:
+        return float(np.sum(residuals(np.concatenate([level[:k], [peak], level[k + 1 :]])) ** 2))
+
+    level[k] = minimize_scalar(cost, bounds=(low[k], high[k]), method="bounded", options={"xatol": 1e-3}).x
+    return level
 
 
 def _result(scene: Scene, names: tuple[str, ...], best: Floats, local: _Local, std: Floats) -> SoilFit:
@@ -271,7 +296,11 @@ def _result(scene: Scene, names: tuple[str, ...], best: Floats, local: _Local, s
     searched = np.diag(np.where(seen, 0.0, np.inf))
     normal = slopes[:, seen].T @ slopes[:, seen]
     searched[np.ix_(seen, seen)] = np.linalg.pinv(normal, rcond=1e-14) * max(chi2, 1.0)
-    searched[np.ix_(seen, seen)] += np.diag(local.numerical[seen] ** 2)
+    # searches that ended elsewhere with as good a fit tell of a flat or rough valley that slopes do not show
+    apart = local.alike - best
+    far = np.abs(apart) > 3.0 * np.sqrt(np.diag(searched))
+    spread = np.max(np.where(far, np.abs(apart), 0.0), axis=0)
+    searched[np.ix_(seen, seen)] += np.diag(local.numerical[seen] ** 2 + spread[seen] ** 2 / 4.0)
     values = np.array(list(_physical(names, best).values()))
     to_physical = np.column_stack(
         [
@@ -284,6 +313,11 @@ def _result(scene: Scene, names: tuple[str, ...], best: Floats, local: _Local, s
     blind = ~seen
     covariance[blind, :] = covariance[:, blind] = 0.0
     covariance[blind, blind] = np.inf
+    flat = _no_softening(names, values, covariance)
+    if flat:
+        length = names.index("mobilization_length_mm")
+        covariance[length, :] = covariance[:, length] = 0.0
+        covariance[length, length] = np.inf
     return SoilFit(
         parameters=names,
         values=values,
@@ -295,7 +329,7 @@ def _result(scene: Scene, names: tuple[str, ...], best: Floats, local: _Local, s
         message="; ".join(
             [
                 *_remarks(names, best, searched, (local.low, local.high)),
-                *_no_softening(names, values, covariance),
+                *flat,
                 *(
                     [f"the model misses the record by {np.sqrt(chi2):.1f} times its stated std"]
                     if chi2 > 4
