@@ -78,11 +78,14 @@ class DyeFollower:
         dyed, plain = self._levels[height]
         if not (dyed - plain) * self._sign > 0:
             return np.full((1, 3), np.nan)
-        share = np.clip((smooth[:, ::_STEP_PX] - plain) / (dyed - plain), -0.5, 1.2)
-        share = np.where(sand[:, ::_STEP_PX], share, 0.0)
         low, high = self._expected(height, travel)
-        centre = _ridge(share, self._thickness, low, high)
+        first = int(np.clip(low.min() - 3 * self._thickness, 0, len(smooth) - 8))
+        part = slice(first, max(int(high.max() + 3 * self._thickness), first + 8))
+        share = np.clip((smooth[part, ::_STEP_PX] - plain) / (dyed - plain), -0.5, 1.2)
+        share = np.where(sand[part, ::_STEP_PX], share, 0.0)
+        centre = _ridge(share, self._thickness, low - first, high - first)
         row, found = _edges(share, centre, self._thickness)
+        row += first
         found &= self._columns > self._face + 2
         found = _without_scraps(row, found, round(1.5 * self._thickness / _STEP_PX) + 2)
         row = _smoothed(row, found)
