@@ -83,7 +83,12 @@ def test_simulate_needs_neither_photographs_nor_logs_and_prints_rankines_force(m
     assert result.exit_code == 0, result.output
     summary = json.loads(result.stdout)
     assert summary["P0_N"] == pytest.approx(54.350, abs=5e-4)
-    assert {p.name for p in (model_only / "m").iterdir()} == {"force.csv", "bands.csv", "layers.csv"}
+    assert {p.name for p in (model_only / "m").iterdir()} == {
+        "force.csv",
+        "bands.csv",
+        "layers.csv",
+        "surface.csv",
+    }
 
 
 def test_a_scene_for_the_model_alone_has_a_report_without_photographs_and_force(model_only):

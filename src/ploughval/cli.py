@@ -268,7 +268,7 @@ def simulate(
             "force_std_N": float(history.force_std_N),
         }
         talk.say(f"P0 {history.P0_N:.3f} N; {len(history.bands)} shear bands to u = {end['u_mm']:.2f} mm")
-        talk.say(f"wrote force.csv, bands.csv, layers.csv in {folder}")
+        talk.say(f"wrote force.csv, bands.csv, layers.csv, surface.csv in {folder}")
 
 
 @app.command()
@@ -286,9 +286,7 @@ def fit(folder: Folder, as_json: Json = False) -> None:
 @app.command()
 def report(
     folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
-    out: Annotated[
-        Path | None, typer.Option(help="The page; default: report.html in the first results.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
 ) -> None:
     """Write the report page again: of one test, or of several compared."""
     with _command() as talk:

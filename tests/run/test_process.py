@@ -86,13 +86,20 @@ def test_a_point_that_is_not_ok_has_no_position_and_a_reason(tracks):
 
 
 def test_force_and_line_of_action_are_those_that_were_put_in(folder, outcome):
-    """Rms 1 % of the mean force and 1 mm: the design's figures."""
+    """1 % of the mean and 1 mm (the design's figures) beside twice the friction's scatter between runs.
+
+    The friction of this run differs from the mean of the empty runs by a draw that no measurement can know.
+    """
     measured = table(outcome, "force.csv")
     true = pd.read_csv(folder / "truth" / "force.csv")
     moving = measured[(measured["u_mm"] > 0.05) & (measured["u_mm"] < OPTIONS.displacement_mm - 0.05)]
     force = np.interp(moving["time_s"], true["time_s"], true["force_N"])
     arm = np.interp(moving["time_s"], true["time_s"], true["arm_mm"])
-    assert np.sqrt(np.mean((moving["force_N"] - force) ** 2)) < 0.01 * force.mean()
+    runs = 1 + 1 / OPTIONS.empty_runs
+    unknowable = 2 * OPTIONS.friction_scatter * OPTIONS.friction_N * np.sqrt(runs)
+    error = moving["force_N"] - force
+    assert np.sqrt(np.mean(error**2)) < 0.01 * force.mean() + unknowable
+    assert np.mean(np.abs(error) < 1.96 * moving["force_std_N"]) > 0.9
     assert np.sqrt(np.mean((moving["arm_mm"] - arm) ** 2)) < 1.0
 
 

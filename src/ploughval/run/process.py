@@ -166,6 +166,10 @@ class _Run:
         found.displacement = frame_displacement(self.scene, time_s, window.blade[:, 0], found.force_record())
         if found.displacement.source != "log":
             found.warnings.append(f"blade displacement of the frames comes from: {found.displacement.source}")
+        unseen = [k for k in np.flatnonzero(np.isnan(window.blade[:, 0])) if k not in window.lost_frames]
+        found.warnings += [
+            f"frame {frame}: the blade's face was not found in the photograph" for frame in unseen
+        ]
         if not np.isfinite(time_s).any():
             found.warnings.append("the times of the photographs are not known: time_s is empty")
 

@@ -30,7 +30,8 @@ INCREMENT_COLUMNS = (
     "band",
 )
 BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
-MODEL_STAGES = 60  # layers of the model are written for at most so many displacements
+MODEL_FILES = ("force", "bands", "layers", "surface")
+MODEL_STAGES = 31  # displacements at which layers and surface are written where no photographs ask for them
 
 FILES = (
     "force.csv",
@@ -41,6 +42,7 @@ FILES = (
     "model/force.csv",
     "model/layers.csv",
     "model/bands.csv",
+    "model/surface.csv",
     "metrics.json",
     "blade.csv",
     "increments.csv",
@@ -73,7 +75,7 @@ def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
     _write_measured(writer, found)
     if found.history is not None:
         write_model(scene, found.history, folder / "model", stages_mm=found.frame_displacement_mm())
-        writer.written += [folder / "model" / f"{name}.csv" for name in ("force", "bands", "layers")]
+        writer.written += [folder / "model" / f"{name}.csv" for name in MODEL_FILES]
     _write_comparison(scene, writer, found)
     writer.json("run.json", run_record(scene, found))
     _remove_stale(folder, writer.written)
@@ -136,7 +138,7 @@ def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:
 
 
 def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any = ()) -> None:
-    """Write force.csv, bands.csv and layers.csv of a model run.
+    """Write force.csv, bands.csv, layers.csv and surface.csv of a model run.
 
     Parameters
     ----------
@@ -147,7 +149,7 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     folder : Path
         Where the files go.
     stages_mm : (F,) float, mm
-        Blade displacements at which layers are wanted (NaN skipped), numbered as frames; empty: an
+        Blade displacements at which layers and surface are wanted (NaN skipped), numbered as frames; empty: an
         even spread over the run.
     """
     write_csv(folder / "force.csv", history.force, axes.MODEL_FORCE_COLUMNS)
@@ -155,12 +157,18 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     end = float(history.force["u_mm"].iloc[-1])
     stages = np.asarray(stages_mm, float)
     if not np.isfinite(stages).any():
-        stages = np.linspace(0.0, end, MODEL_STAGES // 2 + 1)
+        stages = np.linspace(0.0, end, MODEL_STAGES)
     frames = np.arange(len(stages))
     reached = np.isfinite(stages) & (stages <= end + 1e-9)
     heights = () if scene.tracers is None else scene.tracers.layers_mm
     layers = history.layers(heights, np.clip(stages[reached], 0.0, end), frames[reached])
     write_csv(folder / "layers.csv", layers, axes.LAYER_COLUMNS)
+    lines = [
+        pd.DataFrame({"frame": frame, "u_mm": u, "x_mm": line[:, 0], "y_mm": line[:, 1]})
+        for frame, u in zip(frames[reached], stages[reached], strict=True)
+        for line in [history.surface(min(u, end))]
+    ]
+    write_csv(folder / "surface.csv", pd.concat(lines, ignore_index=True), axes.SURFACE_COLUMNS)
 
 
 def results_of(folder: Path) -> Path:
