@@ -10,6 +10,8 @@ import pytest
 from ploughval.axes import BAND_COLUMNS, MODEL_FORCE_COLUMNS
 from ploughval.errors import ConfigError, ConvergenceError, DataError
 from ploughval.model import force_history, simulate
+from ploughval.model.mechanism import block_areas, block_force, cheapest_band
+from ploughval.model.softening import mobilised_friction_deg
 from ploughval.model.surface import area_ahead
 from ploughval.scene import Scene
 
@@ -193,6 +195,25 @@ def test_tables_have_the_shared_columns_and_bands_cover_the_run():
     slips = [i.du_mm / np.cos(np.radians(i.beta_deg)) for i in history.increments if i.band == 0]
     assert bands["slip_mm"][0] == pytest.approx(sum(slips), rel=1e-12)
     assert bands["beta_deg"][0] == pytest.approx(45.0 - 50.0 / 2, abs=1e-9)
+
+
+@pytest.mark.parametrize("soil", [{}, {"wall_friction_deg": 10.0}, {"mobilization_length_mm": 20.0}])
+def test_every_force_is_eq_1_of_its_surface_and_no_fresh_band_is_cheaper(soil):
+    scene = scene_of(**soil)
+    history = simulate(scene, displacement_mm=60.0)
+    wall, gathered, band = scene.soil.wall_friction_deg, 0.0, -1
+    for step in list(history.increments):
+        gathered, band = (0.0, step.band) if step.band != band else (gathered, band)
+        before = history.surface(step.u_mm)
+        inside = before[before[:, 0] < step.outcrop_x_mm - 1e-9]
+        block = np.vstack([inside, (step.outcrop_x_mm, step.outcrop_y_mm)])
+        weight = 16e-6 * 1000.0 * block_areas(block, step.u_mm)[-1]
+        phi = mobilised_friction_deg(gathered, 50.0, 32.0, scene.soil.mobilization_length_mm)
+        assert step.force_N == pytest.approx(float(block_force(weight, step.beta_deg, phi, wall)), rel=1e-8)
+        x, y = np.ascontiguousarray(before.T)
+        fresh, _ = cheapest_band(x, y, len(x), np.tan(np.radians(50.0)), np.tan(np.radians(wall)))
+        assert step.force_N <= 16e-6 * 1000.0 * fresh * (1 + 1e-8)
+        gathered += step.du_mm / np.cos(np.radians(step.beta_deg))
 
 
 def test_outcrop_keeps_its_place_while_its_band_lives():

@@ -28,7 +28,7 @@ HALVINGS = 4
 DEFAULT_TRAVEL = 3.0  # depths
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Increment:
     """One increment: the block left of the outcrop moves by du (1, tan beta), then the surface avalanches.
 
@@ -85,7 +85,7 @@ class Increments(Sequence[Increment]):
         return np.ascontiguousarray(self._march.pool[:, slice(*self._march.ends[k])].T)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class History:
     """What the model predicts for a scene.
 

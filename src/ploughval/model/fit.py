@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares, minimize_scalar
-from scipy.stats import qmc
 
 from ploughval.errors import ConfigError, ConvergenceError, DataError, Fault
 from ploughval.model.collapse import STEP_PER_TOLERANCE, run_march, soil_law, soil_of
@@ -31,7 +29,7 @@ LEAST_ANGLE = 10.0  # degrees, searched for the residual friction angle
 ALIKE = 0.98  # parameters more correlated than this cannot be told apart
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SoilFit:
     """Soil parameters fitted to a force history.
 
@@ -224,6 +222,8 @@ def _search(
     residuals: Callable[[Floats], Floats], start: Floats, low: Floats, high: Floats, step: float
 ) -> Floats:
     """Local least squares with derivatives over one step."""
+    from scipy.optimize import least_squares  # not needed before a fit is asked for
+
     inside = np.clip(start, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
     slopes = _slopes(residuals, low, high, step)
     found = least_squares(residuals, inside, jac=slopes, bounds=(low, high), x_scale=high - low, max_nfev=40)
@@ -232,6 +232,8 @@ def _search(
 
 def _scan(residuals: Callable[[Floats], Floats], low: Floats, high: Floats) -> list[Floats]:
     """Best samples of an even cover of the range, different ones, by the mean absolute residual."""
+    from scipy.stats import qmc  # slow to import, not needed before a fit is asked for
+
     unit = qmc.Sobol(len(low), scramble=False).random(SAMPLES)
     cost = np.array([np.mean(np.abs(residuals(low + (high - low) * share))) for share in unit])
     chosen: list[int] = []
@@ -261,7 +263,7 @@ def _slopes(
     return jacobian
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Local:
     """Around the best values: residuals, range searched, numerical error, and what fits alike (3 sigma)."""
 
@@ -276,6 +278,8 @@ def _without_softening(
     residuals: Callable[[Floats], Floats], names: tuple[str, ...], near: Floats, low: Floats, high: Floats
 ) -> Floats:
     """The best peak angle when the residual angle is the same: is softening seen in the record at all?"""
+    from scipy.optimize import minimize_scalar  # not needed before a fit is asked for
+
     k = names.index("peak_friction_deg")
     level = near.copy()
     level[names.index("residual_friction_deg")] = 1.0
