@@ -1,6 +1,6 @@
 """Displacements of points between two pictures, by subset correlation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from ploughval.axes import Status
 from ploughval.errors import CorrelationError
 from ploughval.piv.guess import Greys, failed_points, flow_at, search_failed, spread_by_neighbours, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
-from ploughval.piv.precision import predict_std
+from ploughval.piv.precision import predict_std, suited_recipe
 from ploughval.piv.split import split_suspects
 from ploughval.piv.subsets import Fit, Floats, Pair, Recipe, displacement_of, gradient_of, match, params_from
 from ploughval.piv.validate import judge_correlation, outliers
@@ -102,6 +102,8 @@ def correlate(  # noqa: PLR0913
         return tracks_of(empty, place, recipe, noise)
     greys = Greys(to_8bit(reference), to_8bit(current, reference))
     start = flow_at(greys, place) if guess is None else check_guess(guess, len(place))
+    recipe = suited_recipe(pair, place, start)
+    pair = replace(pair, recipe=recipe)
     fit = match(pair, place, params_from(start, recipe))
     judge_correlation(fit, ZNCC_MIN)
     spread_by_neighbours(pair, fit, place, ZNCC_MIN)

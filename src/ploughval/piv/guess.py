@@ -15,7 +15,8 @@ MARGIN = 128
 LARGE = 1_500_000
 """Pictures of more pixels are halved for the flow."""
 HOPEFUL = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER)
-SEARCHED = 48
+ROUNDS = 12
+SEARCHED = 24
 """Points that are searched by template in one round."""
 
 
@@ -114,6 +115,8 @@ def retry(
     judge_correlation(merged, zncc_min)
     better = index[merged.status[index] == Status.OK]
     fit.put(better, merged.take(better))
+    gone = index[merged.status[index] == Status.EDGE]
+    fit.status[gone] = Status.EDGE
     return int(better.size)
 
 
@@ -137,9 +140,9 @@ def search_failed(pair: Pair, greys: Greys, fit: Fit, points: Floats, zncc_min: 
     side = pair.recipe.subset
     widest = min(128, min(greys.reference.shape) // 3)
     radius = 16
-    while radius <= widest:
+    for _ in range(ROUNDS):
         failed = failed_points(fit)
-        if failed.size == 0:
+        if failed.size == 0 or radius > widest:
             return
         some = failed[np.linspace(0, failed.size - 1, min(SEARCHED, failed.size)).astype(int)]
         prior = np.nan_to_num(guess_by_neighbours(fit, points, some))

@@ -21,11 +21,37 @@ LEAST_SHARE = 0.4
 STEP_PX = 3e-4
 """Gauss-Newton has converged when no corner of the subset moves by more than this."""
 ITERATIONS = 30
-STATS = 9
-"""Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of the
-grey values, mean square of a slope, and its product with the plain slope over that square."""
+STATS = 10
+"""Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of
+the grey values, mean square of a slope, its product with the plain slope over that,
+mean square of the plain one."""
 
-_jit = njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+_jit = njit(cache=True, nogil=True, fastmath=_FAST)
+
+
+class Pictures(NamedTuple):
+    """Spline coefficients (H + 2 PAD, W + 2 PAD) of both pictures; usable pixels (H, W) of the reference."""
+
+    reference: Singles
+    current: Singles
+    mask: NDArray[np.uint8]
+
+
+class Tables(NamedTuple):
+    """What depends on the recipe: side, node taps, basis polynomials, shape function (terms, side^2)."""
+
+    side: int
+    taps: Floats
+    poly: Singles
+    mono: Floats
+
+
+class Results(NamedTuple):
+    """Stats (N, STATS) and status (N,) of a chunk."""
+
+    stats: Floats
+    status: NDArray[np.int8]
 
 
 class Work(NamedTuple):
@@ -65,7 +91,7 @@ def make_work(side: int, terms: int) -> Work:
         step=np.zeros(2 * terms),
         rows=np.zeros((4, side + 2 * PAD, wide), np.float32),
         column=np.zeros((5, wide), np.float32),
-        slopes=np.zeros(2),
+        slopes=np.zeros(3),
         line=np.zeros((14, 2 * wide), np.float32),
         place=np.zeros((2, 2 * wide)),
         floor=np.zeros((2, 2 * wide), np.int64),
@@ -103,17 +129,10 @@ def _correlate_columns(rows: Singles, first: int, taps: Floats, out: Singles) ->
 
 
 @_jit
-def _gather(
-    reference: Singles,
-    mask: NDArray[np.uint8],
-    cx: int,
-    cy: int,
-    side: int,
-    taps: Floats,
-    mono: Floats,
-    work: Work,
-) -> int:
+def _gather(pictures: Pictures, tables: Tables, cx: int, cy: int, work: Work) -> int:
     """Values, slopes and weights of the subset's pixels; returns EDGE, MASKED or OK."""
+    reference, mask, side = pictures.reference, pictures.mask, tables.side
+    taps, mono = tables.taps, tables.mono
     half = side // 2
     reach = taps.shape[1] // 2
     terms = mono.shape[0]
@@ -145,11 +164,22 @@ def _gather(
             work.f[n] = work.column[0, i]
             work.weight[n] = 1.0
             work.slopes[0] += fx * fx + fy * fy
-            work.slopes[1] += fx * work.column[3, i] + fy * work.column[4, i]
+            gx, gy = work.column[3, i], work.column[4, i]
+            work.slopes[1] += fx * gx + fy * gy
+            work.slopes[2] += gx * gx + gy * gy
             for m in range(terms):
                 work.jac[m, n] = fx * mono[m, n]
                 work.jac[terms + m, n] = fy * mono[m, n]
     return OK if used >= LEAST_SHARE * side * side else MASKED
+
+
+@_jit
+def _total(values: Floats) -> float:
+    """Sum of an array."""
+    total = 0.0
+    for n in range(values.size):
+        total += values[n]
+    return total
 
 
 @_jit
@@ -295,10 +325,9 @@ def _weigh(place: Floats, floor: Ints, poly: Singles, weights: Singles, t: Singl
 
 
 @_jit
-def _warp(
-    p: Floats, mono: Floats, cx: int, cy: int, row: int, side: int, extent: tuple[int, int], work: Work
-) -> int:
+def _warp(extent: tuple[int, ...], tables: Tables, cx: int, cy: int, row: int, p: Floats, work: Work) -> int:
     """Places of one row's pixels in the current picture; pixels that leave it lose their weight."""
+    side, mono = tables.side, tables.mono
     terms = mono.shape[0]
     half = side // 2
     last = (extent[1] - 1.0, extent[0] - 1.0)
@@ -328,24 +357,15 @@ def _warp(
 
 
 @_jit
-def _sample(  # noqa: PLR0913
-    current: Singles,
-    extent: tuple[int, int],
-    p: Floats,
-    cx: int,
-    cy: int,
-    side: int,
-    poly: Singles,
-    mono: Floats,
-    work: Work,
-) -> int:
+def _sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work: Work) -> int:
     """Current picture at the warped subset, row by row; returns how many pixels left the picture."""
     lost = 0
+    current, extent, side, poly = pictures.current, pictures.mask.shape, tables.side, tables.poly
     nodes = poly.shape[0]
     shift = PAD - (nodes // 2 - 1)
     xs, ys, line = work.floor[0], work.floor[1], work.line
     for row in range(side):
-        lost += _warp(p, mono, cx, cy, row, side, extent, work)
+        lost += _warp(extent, tables, cx, cy, row, p, work)
         _weigh(work.place[0], xs, poly, line[0:6], line[13])
         _weigh(work.place[1], ys, poly, line[6:12], line[13])
         first = 0
@@ -420,33 +440,24 @@ def _advance(work: Work, scale: float, ratio: float) -> tuple[float, float]:
 
 
 @_jit
-def _match(  # noqa: PLR0913
-    current: Singles,
-    extent: tuple[int, int],
-    p: Floats,
-    cx: int,
-    cy: int,
-    side: int,
-    poly: Singles,
-    mono: Floats,
-    work: Work,
-    stats: Floats,
-    limit: float,
+def _match(
+    pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, stats: Floats, limit: float, work: Work
 ) -> int:
     """Gauss-Newton from p with the weights and slopes in work; p and stats are overwritten."""
-    terms = mono.shape[0]
+    side, terms = tables.side, tables.mono.shape[0]
     u0, v0 = p[0], p[terms]
     norm = _prepare(work)
-    wanted = np.sum(work.weight)
+    wanted = _total(work.weight)
     # Slopes may be smoothed: their product with the plain ones is what the residual answers to.
     ratio = min(max(work.slopes[1] / max(work.slopes[0], 1e-300), 0.5), 2.5)
-    stats[7], stats[8] = work.slopes[0] / (2.0 * max(np.sum(work.weight), 1.0)), ratio
+    pixels = 2.0 * max(_total(work.weight), 1.0)
+    stats[7], stats[8], stats[9] = work.slopes[0] / pixels, ratio, work.slopes[2] / pixels
     status = NOT_CONVERGED
     for iteration in range(ITERATIONS):
         if norm == 0.0:
             return FLAT
-        if _sample(current, extent, p, cx, cy, side, poly, mono, work) > 0:
-            if np.sum(work.weight) < LEAST_SHARE * wanted:
+        if _sample(pictures, tables, cx, cy, p, work) > 0:
+            if _total(work.weight) < LEAST_SHARE * wanted:
                 return EDGE
             _drop(work)
             norm = _prepare(work)
@@ -455,7 +466,7 @@ def _match(  # noqa: PLR0913
         gnorm, _ = _centre(work.g, work.weight)
         scale = norm / gnorm if gnorm > 1e-12 * norm else 0.0
         dot, square = _advance(work, scale, ratio)
-        count = np.sum(work.weight)
+        count = _total(work.weight)
         stats[0] = dot / (norm * gnorm) if scale > 0.0 else 0.0
         stats[1] = square / max(count - 2.0 - 2.0 * terms, 1.0)
         stats[2], stats[3] = work.inverse[0, 0], work.inverse[terms, terms]
@@ -467,54 +478,6 @@ def _match(  # noqa: PLR0913
             status = OK
             break
     return status
-
-
-@_jit
-def match_points(  # noqa: PLR0913
-    reference: Singles,
-    current: Singles,
-    mask: NDArray[np.uint8],
-    centres: Ints,
-    taps: Floats,
-    poly: Singles,
-    mono: Floats,
-    work: Work,
-    params: Floats,
-    stats: Floats,
-    status: NDArray[np.int8],
-    limit: float,
-) -> None:
-    """Match a chunk of subsets.
-
-    Parameters
-    ----------
-    reference, current : (H + 2 PAD, W + 2 PAD) float32
-        Spline coefficients.
-    mask : (H, W) uint8
-        Pixels of the reference that may be used.
-    centres : (N, 2) int64, px
-        Centres of the subsets, x first.
-    taps, poly, mono
-        Node taps, basis polynomials, shape function at every pixel (terms, side^2).
-    params : (N, 2 terms) float64, px
-        First guess on entry, result on return; places are in half sides of the subset.
-    stats : (N, STATS) float64
-        See STATS.
-    work : Work
-        Scratch of this thread.
-    status : (N,) int8
-        Set on return.
-    limit : float, px
-        Farthest that the centre may leave its guess.
-    """
-    side = int(np.round(np.sqrt(mono.shape[1])))
-    extent = mask.shape
-    for n in range(centres.shape[0]):
-        cx, cy = centres[n, 0], centres[n, 1]
-        code = _gather(reference, mask, cx, cy, side, taps, mono, work)
-        if code == OK:
-            code = _match(current, extent, params[n], cx, cy, side, poly, mono, work, stats[n], limit)
-        status[n] = code
 
 
 @_jit
@@ -542,93 +505,106 @@ def _box(values: Floats, out: Floats, side: int, reach: int) -> None:
 
 
 @_jit
-def _residual_map(side: int, whole: Floats, work: Work) -> None:
-    """Squared residuals of the whole subset, with level and gain of the pixels that have weight, smoothed."""
-    f0, g0, count = 0.0, 0.0, 0.0
-    for n in range(whole.size):
-        f0 += work.weight[n] * work.f[n]
-        g0 += work.weight[n] * work.g[n]
-        count += work.weight[n]
-    f0, g0 = f0 / count, g0 / count
-    ff, gg = 0.0, 0.0
-    for n in range(whole.size):
-        ff += work.weight[n] * (work.f[n] - f0) ** 2
-        gg += work.weight[n] * (work.g[n] - g0) ** 2
+def _residual_map(side: int, reach: int, work: Work) -> None:
+    """Squared residuals of the subset, with level and gain of a window about its centre, smoothed."""
+    half = side // 2
+    f0, g0, ff, gg, count = 0.0, 0.0, 0.0, 0.0, 0.0
+    for twice in range(2):
+        for n in range(work.weight.size):
+            if abs(n // side - half) > reach or abs(n % side - half) > reach or work.weight[n] == 0.0:
+                continue
+            if twice == 0:
+                f0, g0, count = f0 + work.f[n], g0 + work.g[n], count + 1.0
+            else:
+                ff, gg = ff + (work.f[n] - f0) ** 2, gg + (work.g[n] - g0) ** 2
+        if twice == 0:
+            f0, g0 = f0 / max(count, 1.0), g0 / max(count, 1.0)
     gain = np.sqrt(ff / gg) if gg > 0.0 else 0.0
-    for n in range(whole.size):
+    for n in range(work.weight.size):
         r = work.f[n] - f0 - gain * (work.g[n] - g0)
-        work.smooth[0, n] = r * r if whole[n] > 0.0 else -1.0
+        work.smooth[0, n] = r * r if work.weight[n] > 0.0 else -1.0
     _box(work.smooth[0], work.smooth[1], side, 2)
 
 
 @_jit
-def split_points(  # noqa: PLR0913
-    reference: Singles,
-    current: Singles,
-    mask: NDArray[np.uint8],
-    centres: Ints,
-    taps: Floats,
-    poly: Singles,
-    mono: Floats,
-    work: Work,
-    candidates: Floats,
-    stats: Floats,
-    status: NDArray[np.int8],
-    allowed: Floats,
-) -> None:
-    """Match the part of each subset that moves with its centre: one side of a shear band.
+def _select(
+    pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, allowed: Floats, work: Work
+) -> int:
+    """Leave weight only to pixels whose residuals from p are small; LOW_CORRELATION where too few."""
+    side = tables.side
+    whole = max(_total(work.weight), 1.0)
+    most = allowed[0] + allowed[1] * work.slopes[1] / (2.0 * whole)
+    _sample(pictures, tables, cx, cy, p, work)
+    _residual_map(side, int(allowed[2]), work)
+    for n in range(work.weight.size):
+        if not 0.0 <= work.smooth[1, n] <= most:
+            work.weight[n] = 0.0
+    centre = work.smooth[1, side * side // 2]
+    if _total(work.weight) < allowed[3] * side * side or not 0.0 <= centre <= most:
+        return LOW_CORRELATION
+    _drop(work)
+    return OK
 
-    A small window about the centre chooses among the candidates. Pixels whose residuals, averaged over
-    5 x 5, are below ``allowed[0] + allowed[1] * mean square slope`` join it, twice over.
+
+@njit(cache=True, nogil=True, fastmath=_FAST)
+def match_points(
+    pictures: Pictures,
+    tables: Tables,
+    centres: Ints,
+    tries: Floats,
+    results: Results,
+    allowed: Floats,
+    work: Work,
+) -> None:
+    """Match a chunk of subsets, whole or only the part of each that moves with its centre.
+
+    A whole subset starts from its only candidate. Else a small window about the centre chooses among the
+    candidates; then pixels whose squared residuals, averaged over 5 x 5, are below ``allowed[0] +
+    allowed[1] * mean square slope`` are matched, twice over: one side of a shear band.
 
     Parameters
     ----------
-    reference, current, mask, centres, taps, poly, mono, work, stats, status
-        As in match_points.
-    candidates : (N, K, 2 terms) float64, px
-        Parameters to try, NaN: none; the result is left in ``[:, 0]``.
-    allowed : (4,) float64
-        Residual variance; px^2 of mismatch; reach of the small window, px; least share of pixels that agree.
+    pictures : Pictures
+        Both pictures and the usable pixels.
+    tables : Tables
+        What depends on the recipe alone.
+    centres : (N, 2) int64, px
+        Centres of the subsets, x first.
+    tries : (N, K, 2 terms) float64, px
+        Candidates, NaN: none; places are in half sides of the subset. The result is left in ``[:, 0]``.
+    results : Results
+        Set on return.
+    allowed : (1,) or (4,) float64
+        Whole subsets: farthest that the centre may leave its guess, px. Parts: residual variance, px^2 of
+        mismatch, reach of the small window in px, least share of the pixels.
+    work : Work
+        Scratch of this thread.
     """
-    side = int(np.round(np.sqrt(mono.shape[1])))
-    extent = mask.shape
-    terms = mono.shape[0]
-    reach = int(allowed[2])
-    half = side // 2
-    whole = np.zeros(side * side)
-    best = np.zeros(2 * terms)
+    parts = allowed.size > 1
+    count = tries.shape[1]
+    limit = allowed[2] if parts else allowed[0]
     for n in range(centres.shape[0]):
         cx, cy = centres[n, 0], centres[n, 1]
-        top = -2.0
-        code = _gather(reference, mask, cx, cy, side, taps, mono, work)
-        for k in range(candidates.shape[1]):
-            if code != OK or np.isnan(candidates[n, k, 0]):
-                continue
-            _gather(reference, mask, cx, cy, side, taps, mono, work)
-            _window(side, reach, work)
-            p = candidates[n, k]
-            _match(current, extent, p, cx, cy, side, poly, mono, work, stats[n], reach)
-            if stats[n, 0] > top:
-                top = stats[n, 0]
-                best[:] = p
-        for _ in range(2):
-            if code != OK or top <= 0.0:
-                break
-            _gather(reference, mask, cx, cy, side, taps, mono, work)
-            whole[:] = work.weight
-            _sample(current, extent, best, cx, cy, side, poly, mono, work)
-            _window(side, reach, work)
-            _residual_map(side, whole, work)
-            most = allowed[0] + allowed[1] * work.slopes[1] / (2.0 * max(np.sum(whole), 1.0))
-            code = _gather(reference, mask, cx, cy, side, taps, mono, work)
-            for i in range(whole.size):
-                if not 0.0 <= work.smooth[1, i] <= most:
-                    work.weight[i] = 0.0
-            centre = work.smooth[1, half * side + half]
-            if np.sum(work.weight) < allowed[3] * side * side or not 0.0 <= centre <= most:
+        stats, best, top, code = results.stats[n], 0, 0.0, OK
+        for attempt in range(count + 2 if parts else 1):
+            growing = attempt >= count
+            if growing and top <= 0.0:
                 code = LOW_CORRELATION
                 break
-            _drop(work)
-            code = _match(current, extent, best, cx, cy, side, poly, mono, work, stats[n], reach)
-        status[n] = code if top > 0.0 or code != OK else LOW_CORRELATION
-        candidates[n, 0] = best
+            p = tries[n, best if growing else attempt]
+            if np.isnan(p[0]):
+                continue
+            code = _gather(pictures, tables, cx, cy, work)
+            if code == OK and growing:
+                code = _select(pictures, tables, cx, cy, p, allowed, work)
+            elif code == OK and parts:
+                _window(tables.side, int(allowed[2]), work)
+            if code == OK:
+                code = _match(pictures, tables, cx, cy, p, stats, limit, work)
+            if growing and code != OK:
+                break
+            if not growing and stats[0] > top:
+                best, top = attempt, stats[0]
+        for k in range(tries.shape[2]):
+            tries[n, 0, k] = tries[n, best, k]
+        results.status[n] = code

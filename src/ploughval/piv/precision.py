@@ -1,16 +1,22 @@
 """Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009)."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import spline_filter1d
 
+from ploughval.axes import Status
 from ploughval.piv.interpolate import basis_polynomials, node_taps
-from ploughval.piv.subsets import Fit, Recipe
+from ploughval.piv.subsets import Fit, Pair, Recipe, match, params_from
 
 Floats = NDArray[np.float64]
 _STEPS = 64
+SAMPLE = 100
+NOISE_STEPS = (0.004, 0.3)
+"""Noise variance over mean squared slope, px^2, at which the smoothing changes."""
+SMOOTHING = (1.0, 0.7, 1.2)
 
 
 @lru_cache(maxsize=4)
@@ -62,6 +68,22 @@ def predict_std(fit: Fit, recipe: Recipe, noise: float | None) -> Floats:
     product = fit.stats[:, 8] * slope - variance * slope_noise(recipe)
     gain = slope / np.maximum(product, 0.1 * slope)
     return np.asarray(np.sqrt(2.0 * variance[:, None] * fit.stats[:, 2:4]) * gain[:, None])
+
+
+def suited_recipe(pair: Pair, points: Floats, start: Floats) -> Recipe:
+    """Recipe whose smoothing of the slopes suits the noise of a pair, judged on a sample of points.
+
+    Little noise: more smoothing lowers the bias of what the pixels alias. Much noise: more smoothing keeps
+    the noise out of the slopes.
+    """
+    some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(int)
+    fit = match(pair, points[some], params_from(start[some], pair.recipe))
+    seen = fit.stats[(fit.status == Status.OK) & (fit.stats[:, 7] > 0)]
+    if len(seen) < 0.1 * some.size or len(seen) == 0:
+        return pair.recipe
+    noise = np.percentile(seen[:, 1], 25) / 1.8 / np.median(seen[:, 7] * seen[:, 8])
+    smooth_px = SMOOTHING[int(np.searchsorted(NOISE_STEPS, noise))]
+    return replace(pair.recipe, smooth_px=smooth_px)
 
 
 @lru_cache(maxsize=16)

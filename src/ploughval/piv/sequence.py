@@ -11,7 +11,7 @@ from ploughval.errors import CorrelationError
 from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.guess import Greys, flow_at, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
-from ploughval.piv.precision import predict_std
+from ploughval.piv.precision import predict_std, suited_recipe
 from ploughval.piv.split import REACH, make_candidates, near_motion, noise_level, split, suspects
 from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
 from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
@@ -68,6 +68,7 @@ class _State:
     params: Floats  # (N, 2, terms) from that reference
     first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
     failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
+    flow: Floats  # (N, 2) px since the last picture, by dense flow: a guess
     cut: NDArray[np.bool_]  # (N,) whether the last match needed a split subset
     missed: int = 0  # frames skipped or failed since `grey` was seen
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))
@@ -91,6 +92,7 @@ class Tracker:
         self._workers = workers
         self._held: dict[int, _Reference] = {}
         self._frame = 0
+        self._suited = False  # whether the recipe has been fitted to the noise of the pictures
         self._state: _State | None = None
 
     def start(self, image: NDArray[np.generic], points_px: ArrayLike, sand: NDArray[np.bool_]) -> None:
@@ -114,6 +116,7 @@ class Tracker:
             params=np.zeros((count, 2, self._recipe.terms)),
             first_zncc=np.full(count, np.nan),
             failures=np.zeros(count, np.intp),
+            flow=np.zeros((count, 2)),
             cut=np.zeros(count, bool),
             grey=to_8bit(image),
         )
@@ -151,7 +154,7 @@ class Tracker:
         current = self._coefficients(image)
         grey = to_8bit(image)
         count = len(state.position)
-        fit = Fit(state.params.copy(), np.zeros((count, 9)), np.full(count, Status.LOST, np.int8))
+        fit = Fit(state.params.copy(), np.zeros((count, 10)), np.full(count, Status.LOST, np.int8))
         alive = np.flatnonzero(state.failures <= RETRIES)
         std = np.full(count, np.nan)
         if alive.size:
@@ -184,8 +187,13 @@ class Tracker:
     def _measure(self, fit: Fit, current: NDArray[np.float32], alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
-        flow = np.zeros_like(state.position)
+        flow = state.flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
+        if not self._suited:
+            first = self._held[0]
+            pair = Pair(first.coefficients, current, first.mask, self._recipe, self._workers)
+            self._recipe = suited_recipe(pair, state.position[alive], flow[alive])
+            self._suited = True
         self._try(fit, current, alive, flow[alive])
         for attempt in range(4):
             failed = alive[np.isin(fit.status[alive], (Status.LOW_CORRELATION, Status.NOT_CONVERGED))]
@@ -319,6 +327,8 @@ class Tracker:
         state.params[ok] = fit.params[ok]
         state.failures[ok] = 0
         state.failures[bad] += 1
+        # A point that fails is presumed to go with the flow until it is taken up again or given up.
+        state.position[bad] += state.flow[bad]
         state.failures[bad[np.isin(fit.status[bad], (Status.OUT_OF_PICTURE, Status.MASKED))]] += RETRIES
         state.missed = 0
         new = ok[np.isnan(state.first_zncc[ok])]

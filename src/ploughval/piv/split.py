@@ -138,7 +138,7 @@ def match_small(pair: Pair, points: Floats, candidates: Floats) -> Fit:
     terms = pair.recipe.terms
     best = Fit(
         np.zeros((len(points), 2, recipe.terms)),
-        np.zeros((len(points), 9)),
+        np.zeros((len(points), 10)),
         np.full(len(points), Status.NOT_CONVERGED, np.int8),
     )
     for k in range(candidates.shape[1]):

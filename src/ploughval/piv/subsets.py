@@ -1,9 +1,7 @@
 """Subsets matched in chunks: what the kernel needs and gives, in arrays."""
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,15 +129,8 @@ def match(pair: Pair, points: Floats, guess: Floats, *, limit: float | None = No
     Fit
         Status OK, MASKED, EDGE, FLAT or NOT_CONVERGED; not judged yet.
     """
-    from ploughval.piv import kernel  # numba is imported where it is first needed
-
-    recipe, count = pair.recipe, len(points)
-    params = np.ascontiguousarray(guess, np.float64).reshape(count, 2 * recipe.terms).copy()
-    fit = _empty_fit(count, kernel.STATS)
-    reach = float(recipe.half if limit is None else limit)
-    _run(kernel.match_points, pair, points, params, fit, reach)
-    fit[1][~np.isfinite(params).all(axis=1) & (fit[1] == Status.OK)] = Status.NOT_CONVERGED
-    return Fit(params.reshape(count, 2, recipe.terms), *fit)
+    reach = float(pair.recipe.half if limit is None else limit)
+    return _run(pair, points, np.asarray(guess, np.float64)[:, None], np.array([reach]))
 
 
 def match_split(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
@@ -154,48 +145,35 @@ def match_split(pair: Pair, points: Floats, candidates: Floats, allowed: Floats)
     candidates : (N, K, 2, terms) float
         Parameters to try for each; NaN: none.
     allowed : (4,) float
-        See ``kernel.split_points``.
+        See ``kernel.match_points``.
     """
-    from ploughval.piv import kernel
-
-    recipe, count = pair.recipe, len(points)
-    params = np.ascontiguousarray(candidates, np.float64).reshape(count, -1, 2 * recipe.terms).copy()
-    fit = _empty_fit(count, kernel.STATS)
-    _run(kernel.split_points, pair, points, params, fit, np.asarray(allowed, np.float64))
-    return Fit(params[:, 0].reshape(count, 2, recipe.terms), *fit)
+    return _run(pair, points, candidates, np.asarray(allowed, np.float64))
 
 
-def _empty_fit(count: int, columns: int) -> tuple[Floats, NDArray[np.int8]]:
-    return np.zeros((count, columns)), np.zeros(count, np.int8)
+def _run(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
+    """Call the kernel on chunks of points, in as many threads as the pair allows."""
+    from ploughval.piv import kernel  # numba is imported where it is first needed
 
-
-def _run(
-    kernel_of_chunk: Callable[..., None],
-    pair: Pair,
-    points: Floats,
-    params: Floats,
-    fit: tuple[Floats, NDArray[np.int8]],
-    last: Any,
-) -> None:
-    """Call a kernel on chunks of points, in as many threads as the pair allows."""
-    from ploughval.piv import kernel
-
-    recipe, (stats, status), centres = pair.recipe, fit, centres_of(points)
-    taps = node_taps(recipe.spline, recipe.smooth_px)
-    tables = (taps, basis_polynomials(recipe.spline).astype(np.float32), recipe.grid())
+    recipe, count, centres = pair.recipe, len(points), centres_of(points)
+    tries = np.array(candidates, np.float64).reshape(count, candidates.shape[1], 2 * recipe.terms)
+    stats, status = np.zeros((count, kernel.STATS)), np.zeros(count, np.int8)
+    pictures = kernel.Pictures(pair.reference, pair.current, pair.mask)
+    poly = basis_polynomials(recipe.spline).astype(np.float32)
+    tables = kernel.Tables(recipe.subset, node_taps(recipe.spline, recipe.smooth_px), poly, recipe.grid())
 
     def run(start: int) -> None:
         part = slice(start, start + CHUNK)
         work = kernel.make_work(recipe.subset, recipe.terms)
-        pictures = (pair.reference, pair.current, pair.mask)
-        kernel_of_chunk(
-            *pictures, centres[part], *tables, work, params[part], stats[part], status[part], last
-        )
+        results = kernel.Results(stats[part], status[part])
+        kernel.match_points(pictures, tables, centres[part], tries[part], results, allowed, work)
 
-    starts = range(0, len(points), CHUNK)
+    starts = range(0, count, CHUNK)
     if pair.workers > 1 and len(starts) > 1:
         with ThreadPoolExecutor(pair.workers) as pool:
             list(pool.map(run, starts))
     else:
         for start in starts:
             run(start)
+    params = tries[:, 0].reshape(count, 2, recipe.terms).copy()
+    status[~np.isfinite(params).all(axis=(1, 2)) & (status == Status.OK)] = Status.NOT_CONVERGED
+    return Fit(params, stats, status)

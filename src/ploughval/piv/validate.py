@@ -19,8 +19,8 @@ def least_zncc(fit: Fit, zncc_min: float) -> Floats:
     independent grey values of the subset (its area over pi times the squared length of correlation).
     """
     count = np.maximum(fit.stats[:, 4], 1.0)
-    # stats[2:4] is about 1 / (count * mean squared slope), stats[6] the variance of the grey values.
-    area = np.pi * fit.stats[:, 6] * count * np.sqrt(fit.stats[:, 2] * fit.stats[:, 3])
+    # Squared length of correlation: variance of the grey values over their mean squared slope.
+    area = np.pi * fit.stats[:, 6] / np.maximum(fit.stats[:, 9], 1e-12)
     independent = count / np.clip(area, 1.0, count)
     chance = np.minimum(4.5 / np.sqrt(independent), zncc_min)
     seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance)]
