@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from ploughval.compare.corner import find_corner
 from ploughval.compare.curve import Curve
 
 Floats = NDArray[np.float64]
@@ -61,34 +62,49 @@ def find_extremes(curve: Curve, prominence_N: float) -> pd.DataFrame:
     inner = lows < force.size - 1
     parts = []
     for kind, places in (("peak", tops), ("trough", lows[inner])):
-        parts.append(
-            pd.DataFrame(
-                {
-                    "kind": kind,
-                    "u_mm": curve.u_mm[places],
-                    "u_std_mm": [_place_std(curve, k, 1 if kind == "peak" else -1) for k in places],
-                    "force_N": force[places],
-                    "force_std_N": curve.std_N[places],
-                    "prominence_N": properties["prominences"] if kind == "peak" else np.nan,
-                    "drop_N": force[tops] - force[lows] if kind == "peak" else np.nan,
-                    "spacing_mm": np.append(np.diff(curve.u_mm[places]), np.nan)[: len(places)],
-                }
-            )
+        found_here = [
+            _extreme(curve, k, 1 if kind == "peak" else -1, np.concatenate([tops, lows])) for k in places
+        ]
+        part = pd.DataFrame(
+            found_here, columns=["u_mm", "u_std_mm", "force_N", "force_std_N"], dtype=np.float64
         )
-    table = pd.concat(parts, ignore_index=True).astype({"u_std_mm": float})
+        part["kind"] = kind
+        part["prominence_N"] = properties["prominences"] if kind == "peak" else np.nan
+        part["spacing_mm"] = np.append(np.diff(part["u_mm"]), np.nan)[: len(part)]
+        parts.append(part)
+    height = np.concatenate([parts[1]["force_N"], force[lows[~inner]]])
+    parts[0]["drop_N"] = parts[0]["force_N"].to_numpy() - height
+    parts[1]["drop_N"] = np.nan
+    table = pd.concat(parts, ignore_index=True)
     return table.sort_values("u_mm", kind="stable", ignore_index=True)[list(PEAK_COLUMNS)]
 
 
-def _place_std(curve: Curve, k: int, sign: int) -> float:
-    """Uncertainty of an extreme's place: all travel around it within three noise widths, as a rectangle."""
+def _extreme(
+    curve: Curve, k: int, sign: int, extremes: NDArray[np.intp]
+) -> tuple[float, float, float, float]:
+    """Travel and force of an extreme, each with its standard uncertainty."""
+    near = _near(curve, k, sign)
+    if curve.step_mm > 0:
+        first = int(extremes[extremes < k].max(initial=0))
+        last = int(extremes[extremes > k].min(initial=curve.u_mm.size - 1))
+        corner = find_corner(curve, near, first, last)
+        if corner is not None:
+            std = float(np.hypot(corner.force_std_N, curve.shared_std_N[k]))
+            return corner.u_mm, corner.u_std_mm, corner.force_N, std
+    width = float(max(curve.step_mm, curve.u_mm[near[1]] - curve.u_mm[near[0]]))
+    return float(curve.u_mm[k]), width / float(np.sqrt(12.0)), float(curve.force_N[k]), float(curve.std_N[k])
+
+
+def _near(curve: Curve, k: int, sign: int) -> tuple[int, int]:
+    """First and last point around an extreme that lie within three noise widths of it."""
     force = sign * curve.force_N
     limit = force[k] - 3 * curve.noise_std_N[k]
     # Six noise widths down the flank no neighbour belongs to this extreme any more.
     away = np.flatnonzero(force <= limit - 3 * curve.noise_std_N[k])
-    left = away[away < k].max(initial=-1) + 1
-    right = away[away > k].min(initial=force.size) - 1
+    left = int(away[away < k].max(initial=-1)) + 1
+    right = int(away[away > k].min(initial=force.size)) - 1
     near = left + np.flatnonzero(force[left : right + 1] >= limit)
-    return float(max(curve.step_mm, curve.u_mm[near[-1]] - curve.u_mm[near[0]]) / np.sqrt(12.0))
+    return int(near[0]), int(near[-1])
 
 
 def force_quantities(curve: Curve, extremes: pd.DataFrame, depth_mm: float) -> Mapping[str, Quantity]:
