@@ -68,7 +68,6 @@ class _State:
     params: Floats  # (N, 2, terms) from that reference
     first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
     failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
-    flow: Floats  # (N, 2) px since the last picture, by dense flow: a guess
     cut: NDArray[np.bool_]  # (N,) whether the last match needed a split subset
     missed: int = 0  # frames skipped or failed since `grey` was seen
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))
@@ -116,7 +115,6 @@ class Tracker:
             params=np.zeros((count, 2, self._recipe.terms)),
             first_zncc=np.full(count, np.nan),
             failures=np.zeros(count, np.intp),
-            flow=np.zeros((count, 2)),
             cut=np.zeros(count, bool),
             grey=to_8bit(image),
         )
@@ -187,7 +185,7 @@ class Tracker:
     def _measure(self, fit: Fit, current: NDArray[np.float32], alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
-        flow = state.flow = np.zeros_like(state.position)
+        flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
         if not self._suited:
             first = self._held[0]
@@ -322,13 +320,14 @@ class Tracker:
         state = self._started()
         ok = alive[fit.status[alive] == Status.OK]
         bad = alive[fit.status[alive] != Status.OK]
+        presumed = np.nan_to_num(self._neighbour_motion(fit, bad))
         state.motion[ok] = (position[ok] - state.position[ok]) / (1 + state.missed)
         state.position[ok] = position[ok]
         state.params[ok] = fit.params[ok]
         state.failures[ok] = 0
         state.failures[bad] += 1
-        # A point that fails is presumed to go with the flow until it is taken up again or given up.
-        state.position[bad] += state.flow[bad]
+        # A point that fails is presumed to go with its neighbours until it is taken up again or given up.
+        state.position[bad] += presumed
         state.failures[bad[np.isin(fit.status[bad], (Status.OUT_OF_PICTURE, Status.MASKED))]] += RETRIES
         state.missed = 0
         new = ok[np.isnan(state.first_zncc[ok])]

@@ -15,6 +15,8 @@ AGREE_PX = 0.15
 """Pixels whose residuals answer to less than this mismatch move with the centre."""
 LEAST_SHARE = 0.12
 """A split subset needs this share of its pixels."""
+NEAREST = 64
+"""Neighbours that are looked at: enough to see the other side of a band."""
 CANDIDATES = 3
 """Displacements of neighbours that are tried for each point, besides its own and the plane through them."""
 REACH = 2.0
@@ -54,12 +56,12 @@ def split_suspects(pair: Pair, fit: Fit, points: Floats) -> None:
 def near_motion(
     known: Floats, displacement: Floats, points: Floats, reach_px: float
 ) -> tuple[Floats, Floats]:
-    """Offsets and displacements (I, 24, 2) of the nearest known points within reach, NaN: none."""
+    """Offsets and displacements (I, NEAREST, 2) of the nearest known points within reach, NaN: none."""
     count = len(known)
     if count < 3 or len(points) == 0:
-        nothing = np.full((len(points), 24, 2), np.nan)
+        nothing = np.full((len(points), NEAREST, 2), np.nan)
         return nothing, nothing.copy()
-    distance, near = cKDTree(known).query(points, k=min(24, count), distance_upper_bound=reach_px)
+    distance, near = cKDTree(known).query(points, k=min(NEAREST, count), distance_upper_bound=reach_px)
     place = np.vstack([known, [[np.nan, np.nan]]])[near] - points[:, None]
     moved = np.vstack([displacement, [[np.nan, np.nan]]])[near]
     moved[~np.isfinite(distance)] = np.nan
@@ -75,7 +77,7 @@ def make_candidates(place: Floats, moved: Floats, own: Floats, half_px: float) -
         some = np.flatnonzero(np.isfinite(moved[k, :, 0]))
         if some.size == 0:
             continue
-        picked = _distinct(moved[k, some])[:CANDIDATES]
+        picked = _distinct(moved[k, some])
         out[k, : len(picked)] = 0.0
         out[k, : len(picked), :, 0] = picked
         if some.size >= 4 and terms >= 3:
@@ -86,12 +88,13 @@ def make_candidates(place: Floats, moved: Floats, own: Floats, half_px: float) -
 
 
 def _distinct(moved: Floats) -> Floats:
-    """Displacements that differ by more than half a pixel from those before them."""
-    kept: list[Floats] = []
-    for m in moved:
-        if all(np.abs(m - other).max() > 0.5 for other in kept):
-            kept.append(m)
-    return np.array(kept)
+    """The nearest neighbour's displacement, then those that differ most from the ones before (by 0.5 px)."""
+    kept = [0]
+    apart = np.abs(moved - moved[0]).max(axis=1)
+    while len(kept) < CANDIDATES and apart.max() > 0.5:
+        kept.append(int(np.argmax(apart)))
+        apart = np.minimum(apart, np.abs(moved - moved[kept[-1]]).max(axis=1))
+    return moved[kept]
 
 
 def split(
@@ -102,6 +105,9 @@ def split(
     ``points`` and ``candidates`` are those of ``index``. First the part of the subset on the point's side
     of a band; where the point is inside a band, a small quadratic subset that follows the band's profile.
     """
+    # Where all neighbours move alike there is no band to cut along; the whole subset averages best.
+    torn = np.isfinite(candidates[:, 1, 0, 0]) | (fit.status[index] != Status.OK)
+    points, index, candidates = points[torn], index[torn], candidates[torn]
     if index.size == 0:
         return index
     reach = max(4, pair.recipe.subset // 4)

@@ -152,18 +152,18 @@ def match_split(pair: Pair, points: Floats, candidates: Floats, allowed: Floats)
 
 def _run(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
     """Call the kernel on chunks of points, in as many threads as the pair allows."""
-    from ploughval.piv import kernel  # numba is imported where it is first needed
+    from ploughval.piv import kernel, sampling  # numba is imported where it is first needed
 
     recipe, count, centres = pair.recipe, len(points), centres_of(points)
     tries = np.array(candidates, np.float64).reshape(count, candidates.shape[1], 2 * recipe.terms)
     stats, status = np.zeros((count, kernel.STATS)), np.zeros(count, np.int8)
-    pictures = kernel.Pictures(pair.reference, pair.current, pair.mask)
+    pictures = sampling.Pictures(pair.reference, pair.current, pair.mask)
     poly = basis_polynomials(recipe.spline).astype(np.float32)
-    tables = kernel.Tables(recipe.subset, node_taps(recipe.spline, recipe.smooth_px), poly, recipe.grid())
+    tables = sampling.Tables(recipe.subset, node_taps(recipe.spline, recipe.smooth_px), poly, recipe.grid())
 
     def run(start: int) -> None:
         part = slice(start, start + CHUNK)
-        work = kernel.make_work(recipe.subset, recipe.terms)
+        work = sampling.make_work(recipe.subset, recipe.terms)
         results = kernel.Results(stats[part], status[part])
         kernel.match_points(pictures, tables, centres[part], tries[part], results, allowed, work)
 
