@@ -130,11 +130,13 @@ def test_metrics_hold_experiment_model_and_verdict(outcome):
         "agrees",
         "note",
     }
-    assert metrics
+    judged = 0
     for name, metric in metrics.items():
         assert set(metric) == keys, name
-        if metric["experiment"] is not None and metric["model"] is not None:
+        if None not in (metric["experiment"], metric["model"], metric["error"]):
+            judged += 1
             assert metric["error"] == pytest.approx(metric["model"] - metric["experiment"], abs=1e-9)
+    assert judged > 10
 
 
 def test_the_run_record_names_versions_inputs_and_every_frame(folder, outcome):
@@ -181,7 +183,7 @@ def test_a_photograph_that_cannot_be_read_costs_only_itself(folder, tmp_path):
     assert any(lost.name in fault for fault in outcome.faults)
     with xr.open_dataset(outcome.results / "tracks.nc", engine="h5netcdf") as tracks:
         assert np.isnan(tracks["x_mm"][5]).all()
-        assert set(np.unique(tracks["status"][5])) == {Status.FRAME_MISSING}
+        assert set(np.unique(tracks["status"][5])) <= {Status.FRAME_MISSING, Status.LOST}
         assert np.isfinite(tracks["x_mm"][6]).mean() > 0.5
     ledger = json.loads((outcome.results / "run.json").read_text())["frames"][5]
     assert ledger["status"] == "lost"

@@ -149,8 +149,8 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     folder : Path
         Where the files go.
     stages_mm : (F,) float, mm
-        Blade displacements at which layers and surface are wanted (NaN skipped), numbered as frames; empty: an
-        even spread over the run.
+        Blade displacements at which layers and surface are wanted (NaN skipped), numbered as frames; empty:
+        an even spread over the run.
     """
     write_csv(folder / "force.csv", history.force, axes.MODEL_FORCE_COLUMNS)
     write_csv(folder / "bands.csv", history.bands, axes.BAND_COLUMNS)
@@ -166,7 +166,7 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     lines = [
         pd.DataFrame({"frame": frame, "u_mm": u, "x_mm": line[:, 0], "y_mm": line[:, 1]})
         for frame, u in zip(frames[reached], stages[reached], strict=True)
-        for line in [history.surface(min(u, end))]
+        for line in [history.surface(min(max(u, 0.0), end))]
     ]
     write_csv(folder / "surface.csv", pd.concat(lines, ignore_index=True), axes.SURFACE_COLUMNS)
 

@@ -49,8 +49,30 @@ def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float)
             starts.append(k)
     least = 0.01 * depth_mm if least_slip_mm is None else least_slip_mm
     parts = [known.index[a:b] for a, b in zip(starts, [*starts[1:], len(x)], strict=True)]
-    parts = _joined(known, [p for p in parts if known.loc[p, "slip_mm"].sum() >= least])
-    return [_episode(known.loc[p]) for p in parts]
+    parts = _joined(
+        known, [p for p in _with_switches(known, parts) if known.loc[p, "slip_mm"].sum() >= least]
+    )
+    return [_episode(known.loc[p], shared=number > 0) for number, p in enumerate(parts)]
+
+
+def _with_switches(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
+    """Give an increment in which one band took over from another to the later one.
+
+    Such an increment holds motion on both, and its line stands between theirs: not a band of its own.
+    """
+    kept: list[pd.Index] = []
+    waiting = parts[0][:0]
+    for number, part in enumerate(parts):
+        if 0 < number < len(parts) - 1 and len(part) == 1:
+            before, here, after = (
+                float(known.loc[p, "outcrop_x_mm"].median()) for p in parts[number - 1 :][:3]
+            )
+            if before < here < after:
+                waiting = waiting.append(part)
+                continue
+        kept.append(waiting.append(part))
+        waiting = waiting[:0]
+    return kept
 
 
 def _jumps(x: Floats, std: Floats, u: Floats, start: int, k: int) -> bool:
@@ -93,12 +115,16 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
     return joined
 
 
-def _episode(rows: pd.DataFrame) -> Episode:
-    """A band's place at its start, from all its increments: a straight line through their outcrops."""
-    u = (rows["u_mm"] + rows["du_mm"] / 2).to_numpy()
+def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
+    """A band's place at its start: a straight line through the outcrops of its increments.
+
+    The first increment is left out where it is shared with the band before, if there are others.
+    """
     start = float(rows["u_mm"].iloc[0])
-    x, x_std = _at_start(u - start, rows["outcrop_x_mm"].to_numpy(), rows["outcrop_std_mm"].to_numpy())
-    y = float(rows["outcrop_y_mm"].iloc[0])
+    own = rows.iloc[1:] if shared and len(rows) > 1 else rows
+    u = (own["u_mm"] + own["du_mm"] / 2).to_numpy()
+    x, x_std = _at_start(u - start, own["outcrop_x_mm"].to_numpy(), own["outcrop_std_mm"].to_numpy())
+    y = float(own["outcrop_y_mm"].iloc[0])
     beta = np.degrees(np.arctan2(y, x - start))
     beta_std = np.degrees(x_std * y / (y**2 + (x - start) ** 2))
     return Episode(rows.index, float(beta), float(beta_std), x, x_std)
