@@ -1,5 +1,6 @@
 """The tables of test.toml: keys with unit, range and meaning, and what contradicts itself within a table."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -82,6 +83,14 @@ class Soil(Table):
     def slope_of_repose_deg(self) -> float:
         """Angle at which the surface avalanches: repose_deg, or the residual friction angle, degrees."""
         return self.residual_friction_deg if self.repose_deg is None else self.repose_deg
+
+    @property
+    def horizontal_share(self) -> float:
+        """Horizontal part of the blade's force P, which wall friction inclines: cos of the angle.
+
+        The model's force is P; load cells measure P times this.
+        """
+        return math.cos(math.radians(self.wall_friction_deg))
 
     @property
     def softens(self) -> bool:

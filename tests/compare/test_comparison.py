@@ -24,6 +24,7 @@ class StandIn:
     scale: float = 1.0
     lift_mm: float = 0.0
     force_std_N: float = 0.0
+    horizontal_share: float = 1.0
 
     @property
     def force(self):

@@ -65,3 +65,12 @@ def test_a_curve_is_cut_at_an_interpolated_point_and_is_unknown_outside():
     values, std = curve.at(np.array([0.5, 2.0, 3.5]))
     np.testing.assert_array_equal(values, [3.0, 2.0, np.nan])
     np.testing.assert_array_equal(std, [0.5, 0.5, np.nan])
+
+
+def test_the_horizontal_share_of_the_models_force_is_compared():
+    """Load cells measure P cos 30 degrees where the blade's force P is inclined by 30 degrees."""
+    force = pd.DataFrame({"u_mm": [0.0, 1.0], "force_N": [10.0, 20.0]})
+    share = np.cos(np.radians(30.0))
+    curve = model_curve(force, 0.5, share)
+    np.testing.assert_allclose(curve.force_N, [10.0 * share, 20.0 * share])
+    np.testing.assert_allclose(curve.shared_std_N, 0.5 * share)

@@ -40,7 +40,8 @@ def level_case(phi_deg, wall_deg=0.0, outcrop_x=80.0, stds=0.0):
     length = outcrop_x - u
     weight = 16e-6 * 15 * length * 218
     beta = np.degrees(np.arctan(30 / length))
-    force = [thrust(w, b, phi_deg, wall_deg) for w, b in zip(weight, beta, strict=True)]
+    inclined = [thrust(w, b, phi_deg, wall_deg) for w, b in zip(weight, beta, strict=True)]
+    force = np.cos(np.radians(wall_deg)) * np.array(inclined)  # the horizontal part: what load cells measure
     curve = model_curve(pd.DataFrame({"u_mm": u, "force_N": force}), stds)
     x = np.arange(0, 200, 0.5)
     surface = pd.concat(

@@ -188,3 +188,20 @@ def test_a_photograph_that_cannot_be_read_costs_only_itself(folder, tmp_path):
     ledger = json.loads((outcome.results / "run.json").read_text())["frames"][5]
     assert ledger["status"] == "lost"
     assert ledger["reason"]
+
+
+def test_wall_friction_leaves_no_difference_between_horizontal_forces(tmp_path):
+    """Load cells measure the horizontal part of the inclined force: 3.4 % less at 15 degrees.
+
+    A log without noise, friction and zeros, made from the model's own P, must agree with it to 0.5 %: the
+    model's default tolerance and what is lost between rows at the switches.
+    """
+    soil = EXAMPLE.soil.model_copy(update={"wall_friction_deg": 15.0})
+    exact = {"moment_noise_Nm": 0.0, "zero_offset_Nm": 0.0, "friction_N": 0.0}
+    options = replace(EXAMPLE, soil=soil, photographs=False, displacement_mm=20.0, **exact)
+    make_folder(tmp_path / "wall", options)
+    metrics = process(tmp_path / "wall").metrics
+    mean = metrics["force_mean_N"]
+    assert mean["error"] == pytest.approx(0.0, abs=0.005 * mean["model"])
+    first = metrics["first_peak_N"]
+    assert first["error"] == pytest.approx(0.0, abs=0.02 * first["model"])

@@ -164,10 +164,10 @@ def metrics_mapping(comparison: Comparison) -> dict[str, dict[str, Any]]:
 
 def _force(case: _Case, measured: Curve) -> tuple[list[Metric], pd.DataFrame]:
     history, depth = case.history, case.depth_mm
-    P0 = float(history.P0_N)
+    P0 = float(history.P0_N * history.horizontal_share)
 
     def curve_of(one: "History") -> Curve:
-        return model_curve(one.force, one.force_std_N)
+        return model_curve(one.force, one.force_std_N, one.horizontal_share)
 
     model = curve_of(history)
     limit = min(measured.end_mm, model.end_mm)

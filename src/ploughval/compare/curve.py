@@ -101,11 +101,14 @@ def measured_curve(record: pd.DataFrame, depth_mm: float) -> Curve | None:
     return Curve(mean(u), mean(force), noise / np.sqrt(counts), shared, step)
 
 
-def model_curve(force: pd.DataFrame, numerical_std_N: float | Floats) -> Curve:
-    """The model's force history as it is: a point a step, no noise, the numerical error shared."""
-    u, values = force["u_mm"].to_numpy(dtype=np.float64), force["force_N"].to_numpy(dtype=np.float64)
-    shared = np.broadcast_to(np.asarray(numerical_std_N, dtype=np.float64), u.shape)
-    return Curve(u, values, np.zeros(u.size), np.array(shared), 0.0)
+def model_curve(force: pd.DataFrame, numerical_std_N: float, horizontal_share: float = 1.0) -> Curve:
+    """The model's force history: a point a step, no noise, the numerical error shared.
+
+    The model's force is P, inclined by wall friction; its horizontal share is what load cells measure.
+    """
+    u, P = force["u_mm"].to_numpy(dtype=np.float64), force["force_N"].to_numpy(dtype=np.float64)
+    shared = np.full(u.size, horizontal_share * numerical_std_N)
+    return Curve(u, horizontal_share * P, np.zeros(u.size), shared, 0.0)
 
 
 def _step(row_mm: float, noise_N: float, force_N: float, depth_mm: float) -> float:

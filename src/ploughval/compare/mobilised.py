@@ -28,7 +28,7 @@ def mobilised_friction(
     beta_deg: float | Floats,
     wall_friction_deg: float = 0.0,
 ) -> Floats:
-    """Friction angle at which a block of a weight on a band slides under a force, in degrees.
+    """Friction angle at which a block of a weight on a band slides under the blade's force P, in degrees.
 
     Equilibrium of the block, P = W t / (cos phi_w - sin phi_w t) with t = tan(beta + phi), solved:
     t = P cos phi_w / (W + P sin phi_w). The paper's eq. (1) prints beta + phi_w in the denominator;
@@ -84,7 +84,7 @@ def _one_frame(
 ) -> tuple[float, float, float, float, float, float, str]:
     """Band, phi, its std, beta, weight, force and status of one frame."""
     nan = float("nan")
-    P, P_std = (float(v[0]) for v in force.at(np.array([u])))
+    P, P_std = (float(v[0]) / soil.horizontal_share for v in force.at(np.array([u])))
     active = bands[(bands["u_start_mm"] <= u) & (u <= bands["u_end_mm"])]
     if len(active) == 0 or not np.isfinite(active["outcrop_x_mm"].iloc[-1]):
         return nan, nan, nan, nan, nan, P, "no_band"

@@ -103,6 +103,8 @@ class History:
         In order of displacement.
     end_reason : str
         Why the run ended: "displacement reached", or what stopped it.
+    horizontal_share : float
+        cos phi_w: load cells measure P times this.
     """
 
     force: pd.DataFrame
@@ -113,6 +115,7 @@ class History:
     end_reason: str
     depth_mm: float
     repose_deg: float
+    horizontal_share: float
     marched: March
 
     @property
@@ -247,6 +250,7 @@ def simulate(
         end_reason=reasons.get(End(fine.end), "no shear band is possible any more"),
         depth_mm=depth,
         repose_deg=soil.slope_of_repose_deg,
+        horizontal_share=soil.horizontal_share,
         marched=fine,
     )
 

@@ -95,7 +95,8 @@ def fit_soil(
     Parameters
     ----------
     u_mm, force_N : (N,) float
-        Displacement and force for the blade's width; rows that are not finite or before u = 0 are left out.
+        Displacement and horizontal force for the blade's width; rows that are not finite or before u = 0
+        are left out.
     force_std_N : float or (N,) float, N
         Standard uncertainty of the force; where it is not positive, the median of the others.
     scene : Scene
@@ -202,7 +203,7 @@ def _residuals(
             marched = run_march(scene, soil_law(changed, scene.model.outcrop), travel, step, store=False)
         except ConvergenceError:
             return np.full(len(u), 1e6)
-        scale = 1e-6 * changed.unit_weight_kN_m3 * scene.blade.width_mm
+        scale = 1e-6 * changed.unit_weight_kN_m3 * scene.blade.width_mm * changed.horizontal_share
         return np.asarray((scale * np.interp(u, marched.rows[:, 0], marched.rows[:, 2]) - force) / std)
 
     return residuals

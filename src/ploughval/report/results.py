@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -168,6 +168,15 @@ class Results:
         return value
 
 
+def _horizontal(model_force: pd.DataFrame | None, settings: Mapping[str, Any]) -> pd.DataFrame | None:
+    """The model's force as load cells would measure it: wall friction inclines P, the file's force."""
+    if model_force is None:
+        return None
+    soil = settings.get("soil")
+    wall = float(soil.get("wall_friction_deg") or 0.0) if isinstance(soil, Mapping) else 0.0
+    return model_force.assign(force_N=model_force["force_N"] * math.cos(math.radians(wall)))
+
+
 def _positive(value: object) -> float | None:
     good = isinstance(value, int | float) and math.isfinite(value) and value > 0
     return float(value) if good else None  # type: ignore[arg-type]
@@ -191,10 +200,10 @@ def read_results(folder: Path | str) -> Results:
         No result file at all, or one that cannot be read: file, what was expected, what to do.
     """
     folder = _with_files(Path(folder))
-    record = _record(folder / "run.json", RunRecord)
+    run = _record(folder / "run.json", RunRecord) or RunRecord()
     return Results(
         folder=folder,
-        run=RunRecord() if record is None else record,
+        run=run,
         metrics=_record(folder / "metrics.json", MetricsRecord),
         force=_table(folder / "force.csv", FORCE_COLUMNS),
         tracks=_tracks(folder / "tracks.nc"),
@@ -206,7 +215,7 @@ def read_results(folder: Path | str) -> Results:
         mobilised=_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
         blade=_table(folder / "blade.csv", BLADE_COLUMNS),
         peaks=_table(folder / "peaks.csv", PEAK_COLUMNS),
-        model_force=_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS),
+        model_force=_horizontal(_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings),
         model_layers=_table(folder / "model" / "layers.csv", LAYER_COLUMNS),
         model_bands=_table(folder / "model" / "bands.csv", BAND_COLUMNS),
         model_surface=_table(folder / "model" / "surface.csv", SURFACE_COLUMNS),

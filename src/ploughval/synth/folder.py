@@ -71,7 +71,7 @@ def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwri
     view = frame_view(motion, options)
     felt = feel(
         history.force["u_mm"].to_numpy(),
-        history.force["force_N"].to_numpy(),
+        options.soil.horizontal_share * history.force["force_N"].to_numpy(),
         options.rng(Purpose.LINE_OF_ACTION),
         options,
     )
