@@ -1,6 +1,16 @@
 """The incremental-collapse model: force, shear bands, free surface and tracer layers of a scene."""
 
+from ploughval.model.batch import simulate_many
 from ploughval.model.collapse import ForceHistory, History, Increment, force_history, simulate
 from ploughval.model.fit import SoilFit, fit_soil
 
-__all__ = ["ForceHistory", "History", "Increment", "SoilFit", "fit_soil", "force_history", "simulate"]
+__all__ = [
+    "ForceHistory",
+    "History",
+    "Increment",
+    "SoilFit",
+    "fit_soil",
+    "force_history",
+    "simulate",
+    "simulate_many",
+]
