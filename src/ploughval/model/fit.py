@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,6 +89,7 @@ def fit_soil(
     scene: Scene,
     *,
     parameters: Sequence[str] = PARAMETERS,
+    shared_std_N: float = 0.0,
 ) -> SoilFit:
     """Fit soil parameters to a measured force history: a global scan, then least squares from its best.
 
@@ -98,11 +99,15 @@ def fit_soil(
         Displacement and horizontal force for the blade's width; rows that are not finite or before u = 0
         are left out.
     force_std_N : float or (N,) float, N
-        Standard uncertainty of the force; where it is not positive, the median of the others.
+        Standard uncertainty of the force, independent from row to row; where it is not positive, the median
+        of the others.
     scene : Scene
         The test; parameters that are not fitted keep the values of its [soil].
     parameters : sequence of str
         Numerical fields of [soil].
+    shared_std_N : float
+        Standard uncertainty that moves all rows together (friction, zeros): the fit is made again with the
+        force so much higher, and what it moves by is added.
 
     Returns
     -------
@@ -144,9 +149,16 @@ def fit_soil(
     last = _search(finest, best, low, high, STEPS[-1])
     # first order in the step: what is left is to what was gained as the tolerances
     numerical = np.abs(last - best) * LAST_TOLERANCE / (FIT_TOLERANCE - LAST_TOLERANCE)
-    return _result(
+    fitted = _result(
         scene, names, last, _Local(finest, low, high, numerical, np.array([ends[k] for k in alike])), std
     )
+    if shared_std_N <= 0:
+        return fitted
+    higher = _residuals(scene, names, (u, force + shared_std_N, std), LAST_TOLERANCE)
+    moved = _physical(names, _search(higher, last, low, high, STEPS[-1]))
+    shift = np.array(list(moved.values())) - fitted.values
+    covariance = fitted.covariance + np.outer(shift, shift)
+    return replace(fitted, covariance=covariance, std=np.sqrt(np.diag(covariance)))
 
 
 def _check(scene: Scene, names: tuple[str, ...]) -> None:

@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from ploughval.errors import ConfigError, Fault
+from ploughval.compare.curve import measured_curve
+from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import measure_force
 from ploughval.model.fit import SoilFit, fit_soil
 from ploughval.run.store import write_json
-from ploughval.scene import Scene, Step, load_scene
+from ploughval.scene import Scene, load_scene
 
 
 def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[SoilFit, Path]:
@@ -32,17 +34,19 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
     ------
     ConfigError
         When the scene has no load cells or no soil to start from.
+    DataError
+        When the log holds no motion.
     """
     scene = load_scene(folder)
-    if Step.FORCE not in scene.steps or scene.soil is None:
+    if scene.loadcells is None or scene.soil is None:
         missing = "[soil]" if scene.soil is None else "[loadcells]"
         raise ConfigError(scene.source, [Fault(missing, "nothing", "a table", "A fit needs force and soil.")])
     results = scene.folder / "results" if results is None else results
-    record = _force_record(scene, results)
-    known = record[["u_mm", "force_N", "force_std_N"]].notna().all(axis=1) & (record["u_mm"] > 0)
-    used = record.loc[known]
-    u, force, std = (used[name].to_numpy(float) for name in ("u_mm", "force_N", "force_std_N"))
-    fitted = fit_soil(u, force, std, scene)
+    curve = measured_curve(_force_record(scene, results), scene.blade.depth_mm)
+    if curve is None:
+        raise DataError("holds no motion of the blade: a fit needs a force history", path=scene.loadcells.log)
+    shared = float(np.median(curve.shared_std_N))
+    fitted = fit_soil(curve.u_mm, curve.force_N, curve.noise_std_N, scene, shared_std_N=shared)
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
     return fitted, path
