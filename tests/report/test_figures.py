@@ -122,10 +122,17 @@ def test_active_band_runs_from_the_tip_to_its_outcrop(results):
 def test_outcrop_lies_on_the_surface_or_on_the_modelled_inclination(results):
     heap = pd.DataFrame({"x_mm": [30.0, 130.0, 170.0, 220.0], "y_mm": [60.0, 50.0, 30.0, 30.0]})
     np.testing.assert_allclose(outcrops(results.bands, 30.0, surface=heap), [[150.0, 40.0]])
-    history = pd.DataFrame(
-        {"u_mm": [0.0, 30.0], "beta_deg": [11.3, np.degrees(np.arctan2(36, 120))], "band": [1, 1]}
+    creeping = pd.DataFrame(
+        {
+            "u_mm": [0.0, 30.0],
+            "beta_deg": [11.3, np.degrees(np.arctan2(36, 120))],
+            "outcrop_x_mm": [130, 150.0],
+        }
     )
-    np.testing.assert_allclose(outcrops(results.bands, 30.0, history=history), [[150.0, 36.0]])
+    np.testing.assert_allclose(outcrops(results.bands, 30.0, history=creeping), [[150.0, 36.0]])
+    # an increment's line is that of its middle
+    halves = creeping.assign(u_mm=[0.0, 28.0], du_mm=4.0)
+    np.testing.assert_allclose(outcrops(results.bands, 30.0, history=halves), [[150.0, 36.0]])
     # at the switch both bands slip; after the end of the travel none does
     assert len(outcrops(results.bands, 40.0)) == 2
     assert len(outcrops(results.bands, 61.0)) == 0

@@ -72,6 +72,7 @@ def layer_table(
     """Layers as a DataFrame of LAYER_COLUMNS; see :meth:`History.layers`."""
     spacing = history.depth_mm / POINTS_PER_DEPTH
     lines = [_line(history, height, spacing) for height in heights_mm]
+    gaps = [TORN * np.diff(line[:, 0]) for line in lines]
     std = float(np.median(history.marched.rows[:-1, 1])) / np.sqrt(
         12.0
     )  # where in an increment a point joined
@@ -82,8 +83,8 @@ def layer_table(
         if reached:
             lines = [history.advect(line, before, here) for line in lines]
             before = here
-        for height, line in zip(heights_mm, lines, strict=True):
-            shown = _broken(line, TORN * spacing) if reached else np.full((1, 2), np.nan)
+        for height, line, gap in zip(heights_mm, lines, gaps, strict=True):
+            shown = _broken(line, gap) if reached else np.full((1, 2), np.nan)
             pieces.append((frames[k], here, float(height), shown))
     counts = [len(piece[3]) for piece in pieces]
     frame, u, layer = (np.repeat([piece[n] for piece in pieces], counts) for n in range(3))
@@ -94,16 +95,19 @@ def layer_table(
 
 
 def _line(history: "History", height: float, spacing: float) -> Floats:
-    """Material points (N, 2) at one height in the sand, from the blade to two depths past the outcrops."""
+    """Material points (N, 2) at one height in the sand, from the blade to the end of the surface.
+
+    Two depths past the furthest outcrop nothing moves: one last point stands for the rest.
+    """
     surface = history.increments.surface_before(0)
     reach = min(float(history.marched.rows[:, 4].max()) + 2.0 * history.depth_mm, surface[-1, 0])
-    x = np.arange(0.0, reach, spacing)
+    x = np.append(np.arange(0.0, reach, spacing), surface[-1, 0])
     x = x[np.interp(x, surface[:, 0], surface[:, 1]) >= height]
     return np.column_stack([x, np.full_like(x, height)])
 
 
-def _broken(line: Floats, gap: float) -> Floats:
-    """The line (N, 2) with one row of NaN wherever it is torn or has avalanched away."""
+def _broken(line: Floats, gap: Floats) -> Floats:
+    """The line (N, 2) with one row of NaN where neighbours are more than ``gap`` (N - 1,) apart or gone."""
     step = np.hypot(*np.diff(line, axis=0).T)
     torn = np.flatnonzero(step > gap) + 1
     line = np.insert(line, torn, np.nan, axis=0)

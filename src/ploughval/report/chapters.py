@@ -42,7 +42,9 @@ def not_had(results: Results, step: Step, what: str) -> tuple[str, ...]:
 def force_chapter(results: Results, pen: Pen) -> Chapter | None:
     """Force history, measured against model, and line of action."""
     missing = () if results.force is not None else not_had(results, Step.FORCE, "The measured force")
-    if results.force is None and results.model_force is None:
+    alone = results.force is None and results.surface is None and not missing
+    if results.force is None and (results.model_force is None or not alone):
+        # A test that measured other things only has nothing to hold against the model's force.
         return Chapter("force", "Force", notes=missing) if missing else None
     drawings = [
         pen.draw(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.figures import Side, layers_figure
@@ -9,6 +10,7 @@ from ploughval.report.figures.layers import Extent, Points, stage
 from ploughval.report.photographs import Photographs
 from ploughval.report.results import Results
 
+Values = NDArray[np.float64]
 # Pixels of photograph on the whole page: noise-like sand costs about a third of a byte each.
 PHOTO_PIXELS = 4_000_000
 
@@ -56,9 +58,9 @@ def view(results: Results) -> Extent:
     travel = float(u.max())
     depth = results.depth_mm or max(float(y.max()), 1.0)
     reach = [travel + 2 * depth]
-    for bands in (results.bands, results.model_bands):
-        if bands is not None and bands["outcrop_x_mm"].notna().any():
-            reach.append(float(bands["outcrop_x_mm"].max()) + depth / 2)
+    for table in (results.bands, results.model_bands, results.increments, results.model_force):
+        if table is not None and table["outcrop_x_mm"].notna().any():
+            reach.append(float(table["outcrop_x_mm"].max()) + depth / 2)
     thickness = float(results.setting("blade", "thickness_mm") or 5.0)
     far = max(travel + depth, min(max(reach), float(x.max())))
     top = float(np.max(y[x <= far], initial=depth))
@@ -92,7 +94,7 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
         u = _displacement(results, frame)
         surface = stage(results.surface, frame)
         above = stage(results.model_surface, frame)
-        ends = outcrops(results.bands, u, surface=surface)
+        ends = outcrops(results.bands, u, surface=surface, history=results.increments)
         measured = Side(stage(results.layers, frame), surface, ends, picture)
         ends = outcrops(results.model_bands, u, surface=above, history=results.model_force)
         predicted = Side(stage(results.model_layers, frame), above, ends)
@@ -125,24 +127,34 @@ def outcrops(
 ) -> Points:
     """Where the bands that slip at a displacement meet the surface, (K, 2) mm.
 
-    A band's outcrop keeps its x; its height is that of the surface there, or follows from the inclination in
-    the model's history, or from the band's start.
+    A history (outcrop_x_mm and beta_deg against u_mm) knows a band that creeps on; without one the outcrop
+    is taken to stay where the band started. Its height is that of the surface there, or follows from beta.
     """
-    if bands is None:
-        return np.empty((0, 2))
-    active = bands[(bands["u_start_mm"] <= u_mm) & (bands["u_end_mm"].fillna(np.inf) >= u_mm)]
-    x = active["outcrop_x_mm"].to_numpy(float)
-    tangent = np.tan(np.radians(active["beta_deg"].to_numpy(float)))
-    y = (x - active["u_start_mm"].to_numpy(float)) * tangent
+    x, y = _from_history(history, u_mm) if history is not None else _from_bands(bands, u_mm)
     if surface is not None and surface["y_mm"].notna().any():
         line = surface.dropna(subset=["x_mm", "y_mm"]).sort_values("x_mm")
         inside = (x >= line["x_mm"].iloc[0]) & (x <= line["x_mm"].iloc[-1])
         y = np.where(inside, np.interp(x, line["x_mm"], line["y_mm"]), y)
-    elif history is not None and len(known := history.dropna(subset=["u_mm", "beta_deg"])):
-        now = known.iloc[int((known["u_mm"] - u_mm).abs().argmin())]
-        rise = (x - u_mm) * np.tan(np.radians(float(now["beta_deg"])))
-        y = np.where(active["band"].to_numpy(float) == float(now["band"]), rise, y)
     return np.column_stack([x, y])
+
+
+def _from_history(history: pd.DataFrame, u_mm: float) -> tuple[Values, Values]:
+    known = history.dropna(subset=["u_mm", "beta_deg", "outcrop_x_mm"])
+    if known.empty:
+        return np.empty(0), np.empty(0)
+    half = known["du_mm"] / 2 if "du_mm" in known else 0.0
+    now = known.iloc[int((known["u_mm"] + half - u_mm).abs().argmin())]
+    x = np.array([float(now["outcrop_x_mm"])])
+    return x, (x - u_mm) * np.tan(np.radians(float(now["beta_deg"])))
+
+
+def _from_bands(bands: pd.DataFrame | None, u_mm: float) -> tuple[Values, Values]:
+    if bands is None:
+        return np.empty(0), np.empty(0)
+    active = bands[(bands["u_start_mm"] <= u_mm) & (bands["u_end_mm"].fillna(np.inf) >= u_mm)]
+    x = active["outcrop_x_mm"].to_numpy(float)
+    tangent = np.tan(np.radians(active["beta_deg"].to_numpy(float)))
+    return x, (x - active["u_start_mm"].to_numpy(float)) * tangent
 
 
 def _displacement(results: Results, frame: int) -> float:
