@@ -48,13 +48,17 @@ def test_the_increments_follow_the_band_as_it_steepens(kinematics):
     assert rows["frame"].tolist() == list(range(20))
 
 
-def test_a_switch_is_two_bands_and_its_start_lies_within_one_interval(kinematics):
+def test_a_switch_is_two_bands_and_its_start_is_found_within_its_interval(kinematics):
+    """Sand between the two lines moves by the share of the interval left after the switch: 0.05 of 1 mm."""
     block_of, tracks_of, surface_of = kinematics
     u = np.arange(0, 31.0) * 1.01
     bands = find_bands(tracks_of(block_of(switching), u), surface_of(u), scene()).bands
     assert bands["band"].tolist() == [0, 1]
     assert bands["outcrop_x_mm"].to_numpy() == pytest.approx([80, 140], abs=1.0)
-    assert bands["u_start_mm"].iloc[1] == pytest.approx(20.0, abs=1.01)
+    assert bands["u_start_mm"].iloc[1] == pytest.approx(20.0, abs=0.05)
+    assert bands["u_end_mm"].iloc[0] == bands["u_start_mm"].iloc[1]
+    slip = np.trapezoid(np.hypot(1.0, 30 / (80 - np.linspace(0, 20, 500))), np.linspace(0, 20, 500))
+    assert bands["slip_mm"].iloc[0] == pytest.approx(slip, abs=0.1)
     assert bands["beta_deg"].iloc[1] == pytest.approx(np.degrees(np.arctan2(30, 120)), abs=0.5)
 
 

@@ -1,6 +1,6 @@
 """Shear bands from the motion between photographs: a moving block, still sand, a line through the tip."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,9 @@ INCREMENT_COLUMNS = (
     "band",
 )
 NO_BAND = -1
+_BETWEEN = 0.25  # of the angle between two lines: sand nearer to either may have moved with both
+_LEAST_BETWEEN = 4  # points between two lines that place a switch
+_LEAST_SHARE_STD = 0.02  # of an increment: better than this a switch is not placed
 _LEAST_TRAVEL_STDS = 5.0  # travel of an increment, in standard deviations of a point's motion
 
 
@@ -52,7 +55,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     tracks : Dataset
         As in tracks.nc; points whose status is not OK are left out.
     surface : DataFrame
-        SURFACE_COLUMNS: the free surface, on which a band comes out.
+        SURFACE_COLUMNS, and std_mm where it is known: the free surface, on which a band comes out.
     scene : Scene
         [bands] and the depth of the blade.
 
@@ -60,30 +63,102 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     -------
     BandFindings
     """
-    rows = [_increment(tracks, surface, scene, a, b) for a, b in _pairs(tracks)]
+    pairs = _pairs(tracks)
+    rows = [_increment(tracks, surface, scene, a, b) for a, b in pairs]
     table = pd.DataFrame(rows, columns=[*INCREMENT_COLUMNS[:-1], "outcrop_y_mm"])
     episodes = divide(table, least_slip_mm=scene.bands.min_slip_mm, depth_mm=scene.blade.depth_mm)
     band = np.full(len(table), NO_BAND)
     for number, episode in enumerate(episodes):
         band[episode.rows] = number
     table["band"] = band
-    bands = pd.DataFrame([_band(k, e, table) for k, e in enumerate(episodes)], columns=list(BAND_COLUMNS))
+    starts = [_start(tracks, pairs, table, episodes, number) for number in range(len(episodes))]
+    episodes = [_as_it_began(tracks, pairs, surface, episode) for episode in episodes]
+    bands = pd.DataFrame(
+        [_band(number, table, episodes, starts) for number in range(len(episodes))],
+        columns=list(BAND_COLUMNS),
+    )
     return BandFindings(bands.astype({"band": int}), table[list(INCREMENT_COLUMNS)])
 
 
-def _band(number: int, episode: Episode, table: pd.DataFrame) -> tuple[float, ...]:
+def _start(
+    tracks: xr.Dataset,
+    pairs: list[tuple[int, int]],
+    table: pd.DataFrame,
+    episodes: list[Episode],
+    number: int,
+) -> tuple[float, float]:
+    """Displacement at which a band began, and its std, mm.
+
+    Sand between the lines of two bands rests until the new one takes over: how far it moves in the last
+    increment of the old band and the first of the new is the travel that was left after the switch.
+    """
+    rows = table.loc[[*episodes[number - 1].rows[-1:], episodes[number].rows[0]]] if number else None
+    first = table.loc[episodes[number].rows[0]]
+    u0, du = float(first["u_mm"]), float(first["du_mm"])
+    if rows is None:
+        return u0, 0.0
+    found = [
+        _moved_between(
+            *_motion(tracks, *pairs[index])[:2], float(row["u_mm"] + row["du_mm"] / 2), episodes, number
+        )
+        for index, (_, row) in zip(rows.index.tolist(), rows.iterrows(), strict=True)
+    ]
+    if not np.isfinite(found).all() or len(episodes[number].rows) == 1:
+        return u0 + du / 2, du / np.sqrt(12.0)
+    left, std = np.sum(found, axis=0)
+    least = float(rows["u_mm"].iloc[0])
+    return float(np.clip(u0 + du - left, least, u0 + du)), max(float(std), _LEAST_SHARE_STD * du)
+
+
+def _moved_between(
+    place: Floats, moved: Floats, tip: float, episodes: list[Episode], number: int
+) -> tuple[float, float]:
+    """Median horizontal motion of sand between a band's line and the one before, and its std, mm."""
+    angle = np.arctan2(place[:, 1], place[:, 0] - tip)
+    old, new = (np.arctan2(e.outcrop_y_mm, e.outcrop_x_mm - tip) for e in episodes[number - 1 : number + 1])
+    margin = _BETWEEN * (old - new)
+    motion = moved[(angle > new + margin) & (angle < old - margin) & (place[:, 0] > tip), 0]
+    if len(motion) < _LEAST_BETWEEN:
+        return np.nan, np.nan
+    middle = float(np.median(motion))
+    return middle, 1.4826 * float(np.median(np.abs(motion - middle))) / np.sqrt(len(motion))
+
+
+def _as_it_began(
+    tracks: xr.Dataset, pairs: list[tuple[int, int]], surface: pd.DataFrame, episode: Episode
+) -> Episode:
+    """The band with the height of its outcrop in the last photograph before it moved anything."""
+    frame = _number(tracks, pairs[episode.rows[0]][0])
+    line = surface[surface["frame"] == frame].dropna(subset=["x_mm", "y_mm"])
+    line = line.sort_values("x_mm", kind="stable")
+    y = _height(line[["x_mm", "y_mm"]].to_numpy(float), episode.outcrop_x_mm)
+    if not np.isfinite(y):
+        return episode
+    std = float(np.interp(episode.outcrop_x_mm, line["x_mm"], line["std_mm"])) if "std_mm" in line else 0.0
+    return replace(episode, outcrop_y_mm=y, outcrop_y_std_mm=std)
+
+
+def _band(
+    number: int, table: pd.DataFrame, episodes: list[Episode], starts: list[tuple[float, float]]
+) -> tuple[float, ...]:
+    """One row of BAND_COLUMNS."""
+    episode, (start, start_std) = episodes[number], starts[number]
     rows = table.loc[episode.rows]
-    start, end = rows.iloc[0], rows.iloc[-1]
-    return (
-        number,
-        float(start["u_mm"]),
-        float(end["u_mm"] + end["du_mm"]),
-        episode.beta_deg,
-        episode.beta_std_deg,
-        episode.outcrop_x_mm,
-        episode.outcrop_std_mm,
-        float(rows["slip_mm"].sum()),
-    )
+    last = rows.iloc[-1]
+    end = float(last["u_mm"] + last["du_mm"])
+    if number + 1 < len(episodes):
+        after = table.loc[episodes[number + 1].rows[0]]
+        if after["u_mm"] <= end + 1e-9:  # nothing between: it ends where the next begins
+            end = starts[number + 1][0]
+    x, y = episode.outcrop_x_mm, episode.outcrop_y_mm
+    beta = np.degrees(np.arctan2(y, x - start))
+    along, up = np.hypot(episode.outcrop_std_mm, start_std), episode.outcrop_y_std_mm
+    beta_std = np.degrees(np.hypot(y * along, (x - start) * up) / (y**2 + (x - start) ** 2))
+    first = rows.iloc[0]
+    slip = float(rows["slip_mm"].sum())
+    slip -= (start - first["u_mm"]) / first["du_mm"] * first["slip_mm"]  # what was the other band's
+    slip += (end - last["u_mm"] - last["du_mm"]) / last["du_mm"] * last["slip_mm"]
+    return (number, start, end, beta, beta_std, x, episode.outcrop_std_mm, slip)
 
 
 def _pairs(tracks: xr.Dataset) -> list[tuple[int, int]]:

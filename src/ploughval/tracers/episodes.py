@@ -14,13 +14,16 @@ _MEMORY = 6  # increments from which the next outcrop is foreseen
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Episode:
-    """One band: its rows in the table of increments, and its place at its start."""
+    """One band: its rows in the table of increments, and its outcrop at its start.
+
+    The first row is shared with the band before where there is one: the switch lies within it.
+    """
 
     rows: pd.Index
-    beta_deg: float
-    beta_std_deg: float
     outcrop_x_mm: float
+    outcrop_y_mm: float
     outcrop_std_mm: float
+    outcrop_y_std_mm: float = 0.0
 
 
 def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float) -> list[Episode]:
@@ -124,10 +127,7 @@ def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
     own = rows.iloc[1:] if shared and len(rows) > 1 else rows
     u = (own["u_mm"] + own["du_mm"] / 2).to_numpy()
     x, x_std = _at_start(u - start, own["outcrop_x_mm"].to_numpy(), own["outcrop_std_mm"].to_numpy())
-    y = float(own["outcrop_y_mm"].iloc[0])
-    beta = np.degrees(np.arctan2(y, x - start))
-    beta_std = np.degrees(x_std * y / (y**2 + (x - start) ** 2))
-    return Episode(rows.index, float(beta), float(beta_std), x, x_std)
+    return Episode(rows.index, x, float(own["outcrop_y_mm"].iloc[0]), x_std)
 
 
 def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
