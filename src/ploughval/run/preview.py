@@ -80,7 +80,6 @@ def _photographs(scene: Scene, lines: list[str]) -> Preview:
     )
     image = frames.read(0)
     sight = Watcher(scene, calibration).see(0, image)
-    lines.append(f"blade face in frame 0 at x = {sight.blade_x_mm:.3f} mm (expected 0)")
     points = None
     if Step.TRACKS in scene.steps:
         points = place_points(sight.sand, calibration, scene)
