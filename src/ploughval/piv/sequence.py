@@ -1,6 +1,6 @@
 """Material points tracked through a series; the reference is renewed only where correlation demands it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -12,9 +12,19 @@ from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.guess import Greys, flow_at, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
 from ploughval.piv.precision import predict_std, suited_recipe
-from ploughval.piv.split import REACH, make_candidates, near_motion, noise_level, split, suspects
+from ploughval.piv.split import (
+    CANDIDATES,
+    REACH,
+    distinct_motions,
+    mismatch_px,
+    near_motion,
+    noise_level,
+    suspects,
+)
+from ploughval.piv.state import Picture, Reference, State
 from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
 from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
+from ploughval.piv.windows import WHOLE, Level, match_windows, rank_windows, shapes_of
 from ploughval.scene import Piv
 
 RENEW = 0.85
@@ -25,6 +35,10 @@ REFERENCES = 3
 """Pictures held as references."""
 SURFACE = 1.5
 """Sand that decorrelates within so many subsets of the surface or the blade has avalanched."""
+ROUNDS = 2
+"""Times that windows are tried, from ever nearer neighbours."""
+WHOLE_PX = 0.15
+"""Where no window beside a band will do, a whole subset of this mismatch is refused, px."""
 BORDER_PX = 3
 """A point may stand this far outside the sand that was found."""
 
@@ -47,32 +61,6 @@ class FramePoints:
     status: NDArray[np.int8]
 
 
-@dataclass(frozen=True, slots=True)
-class _Reference:
-    """A picture that points are matched against, and where they stood in it (NaN: not known)."""
-
-    frame: int
-    coefficients: NDArray[np.float32]
-    mask: NDArray[np.uint8]
-    position: Floats  # (N, 2) px
-    std: Floats  # (N,) px
-
-
-@dataclass(slots=True)
-class _State:
-    """What is known of N points after a frame."""
-
-    position: Floats  # (N, 2) last measured
-    motion: Floats  # (N, 2) px a frame, last measured
-    reference: NDArray[np.intp]  # (N,) frame of the reference picture
-    params: Floats  # (N, 2, terms) from that reference
-    first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
-    failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
-    cut: NDArray[np.bool_]  # (N,) whether the last match needed a split subset
-    missed: int = 0  # frames skipped or failed since `grey` was seen
-    grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))
-
-
 class Tracker:
     """Material points of frame 0 through a series of photographs.
 
@@ -89,10 +77,10 @@ class Tracker:
         self._recipe = make_recipe(side, settings.order, settings.spline)
         self._settings = settings
         self._workers = workers
-        self._held: dict[int, _Reference] = {}
+        self._held: dict[int, Reference] = {}
         self._frame = 0
         self._suited = False  # whether the recipe has been fitted to the noise of the pictures
-        self._state: _State | None = None
+        self._state: State | None = None
 
     def start(self, image: NDArray[np.generic], points_px: ArrayLike, sand: NDArray[np.bool_]) -> None:
         """Take the first picture (H, W), the points (N, 2) px in it and its sand (H, W) bool.
@@ -107,16 +95,19 @@ class Tracker:
         count = len(points)
         self._frame = 0
         self._held = {}
-        self._hold(self._coefficients(image), sand, points, np.zeros(count))
-        self._state = _State(
+        picture = self._picture(image, sand)
+        self._hold(picture, points, np.zeros(count))
+        self._state = State(
             position=points.copy(),
+            last=points.copy(),
             motion=np.zeros((count, 2)),
+            past=[points.copy()],
             reference=np.zeros(count, np.intp),
             params=np.zeros((count, 2, self._recipe.terms)),
             first_zncc=np.full(count, np.nan),
             failures=np.zeros(count, np.intp),
-            cut=np.zeros(count, bool),
-            grey=to_8bit(image),
+            window=np.full(count, WHOLE, np.intp),
+            grey=picture.grey,
         )
 
     def skip(self) -> FramePoints:
@@ -144,90 +135,151 @@ class Tracker:
         FramePoints
         """
         state = self._started()
-        extent = next(iter(self._held.values())).mask.shape
+        extent = next(iter(self._held.values())).picture.sand.shape
         check_images(image, image, sand)
         if image.shape != extent:
             raise CorrelationError(f"the picture is {image.shape}; expected {extent} as in the first frame")
         self._frame += 1
-        current = self._coefficients(image)
-        grey = to_8bit(image)
+        current = self._picture(image, sand)
         count = len(state.position)
         fit = Fit(state.params.copy(), np.zeros((count, 10)), np.full(count, Status.LOST, np.int8))
         alive = np.flatnonzero(state.failures <= RETRIES)
         std = np.full(count, np.nan)
         if alive.size:
-            self._measure(fit, current, alive, Greys(state.grey, grey))
+            self._measure(fit, current, alive, Greys(state.grey, current.grey))
             std[alive] = self._std(fit, alive)
         position = self._positions(fit)
         self._name_failures(fit, position, sand, alive)
-        self._settle(fit, position, std, alive, (current, sand))
-        state.grey = grey
+        self._settle(fit, position, std, alive, current)
+        state.grey = current.grey
         bad = fit.status != Status.OK
         position[bad], std[bad] = np.nan, np.nan
         zncc = np.where(np.isin(np.arange(count), alive), fit.zncc, np.nan)
         return FramePoints(position, std, zncc, fit.status)
 
-    def _started(self) -> _State:
+    def _started(self) -> State:
         if self._state is None:
             raise CorrelationError("the tracker has no points; call start with the first picture")
         return self._state
 
-    def _coefficients(self, image: NDArray[np.generic]) -> NDArray[np.float32]:
-        return spline_coefficients(image, self._recipe.spline)
-
-    def _hold(
-        self, coefficients: NDArray[np.float32], sand: NDArray[np.bool_], position: Floats, std: Floats
-    ) -> None:
-        """Keep a picture of this frame as a reference."""
+    def _picture(self, image: NDArray[np.generic], sand: NDArray[np.bool_]) -> Picture:
         mask = np.ascontiguousarray(sand, np.uint8)
-        self._held[self._frame] = _Reference(self._frame, coefficients, mask, position.copy(), std.copy())
+        return Picture(spline_coefficients(image, self._recipe.spline), to_8bit(image), mask)
 
-    def _measure(self, fit: Fit, current: NDArray[np.float32], alive: NDArray[np.intp], greys: Greys) -> None:
+    def _hold(self, picture: Picture, position: Floats, std: Floats) -> None:
+        """Keep a picture of this frame as a reference."""
+        self._held[self._frame] = Reference(self._frame, picture, position.copy(), std.copy())
+
+    def _measure(self, fit: Fit, current: Picture, alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
         flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
         if not self._suited:
             first = self._held[0]
-            pair = Pair(first.coefficients, current, first.mask, self._recipe, self._workers)
+            pair = Pair(
+                first.picture.coefficients,
+                current.coefficients,
+                first.picture.sand,
+                self._recipe,
+                self._workers,
+            )
             self._recipe = suited_recipe(pair, state.position[alive], flow[alive])
             self._suited = True
-        self._try(fit, current, alive, flow[alive])
-        for attempt in range(4):
-            failed = alive[np.isin(fit.status[alive], (Status.LOW_CORRELATION, Status.NOT_CONVERGED))]
-            if attempt > 1 and failed.size:
-                failed = failed[state.failures[failed] <= RETRIES]
+        whole = alive[state.window[alive] == WHOLE]
+        self._try(fit, current, whole, flow[whole])
+        for attempt in range(2):
+            failed = whole[np.isin(fit.status[whole], (Status.LOW_CORRELATION, Status.NOT_CONVERGED))]
             if failed.size == 0:
                 break
             moved = state.motion[failed] if attempt == 0 else self._neighbour_motion(fit, failed)
             known = np.isfinite(moved).all(axis=1)
             self._try(fit, current, failed[known], moved[known])
-        self._split(fit, current)
+        self._narrow(fit, current, alive)
         step = self._positions(fit) - state.position
         step[fit.status != Status.OK] = np.nan
         wrong = outliers(state.position, step)
         fit.status[wrong] = Status.OUTLIER
 
-    def _split(self, fit: Fit, current: NDArray[np.float32]) -> None:
-        """Match points beside shear bands on what moves with them; their references are to be renewed."""
+    def _narrow(self, fit: Fit, current: Picture, alive: NDArray[np.intp]) -> None:
+        """Match points beside shear bands on small windows that move with them."""
         state = self._started()
-        level = noise_level(fit)
-        index = suspects(fit, level)
-        clean = np.setdiff1d(np.flatnonzero(fit.status == Status.OK), index)
-        state.cut[:] = False
-        if index.size == 0:
-            return
-        step = (self._positions(fit) - state.position)[clean]
+        whole = state.window == WHOLE
+        clean = np.flatnonzero((fit.status == Status.OK) & whole)
+        level = Level(noise_level(fit), float(np.percentile(fit.zncc[clean], 75)) if clean.size else 1.0)
+        doubtful = np.union1d(suspects(fit, level.residual), np.flatnonzero(~whole))
+        left = np.intersect1d(doubtful, alive)
+        steps = self._near_steps(fit, np.setdiff1d(clean, left), left)
+        failed = (fit.status[left] != Status.OK) | ~whole[left]
+        torn = np.isfinite(steps[:, 1, 0]) | failed
+        left, steps = left[torn], steps[torn]
+        trusted = np.setdiff1d(clean, left)
+        same = np.arange(len(shapes_of(self._recipe.subset)[0])) == state.window[left][:, None]
+        done = self._windows(fit, current, left, steps, level, same)
+        found = left[done]
+        left = left[~done]
+        for _ in range(ROUNDS):
+            steps = self._near_steps(fit, np.union1d(trusted, found), left)
+            done = self._windows(fit, current, left, steps, level)
+            found, left = np.union1d(found, left[done]), left[~done]
+            if left.size == 0 or not done.any():
+                break
+        good = whole[left] & (fit.status[left] == Status.OK)
+        good &= mismatch_px(fit, level.residual)[left] < WHOLE_PX
+        fit.status[left[~good]] = Status.SHEARED
+
+    def _near_steps(self, fit: Fit, known: NDArray[np.intp], index: NDArray[np.intp]) -> Floats:
+        """Motions (I, K, 2) of known neighbours since each point was last measured, NaN: no more."""
+        state = self._started()
+        now = self._positions(fit)
         reach = REACH * self._recipe.subset
-        place, moved = near_motion(state.position[clean], step, state.position[index], reach)
+        out = np.full((index.size, CANDIDATES, 2), np.nan)
+        for ago, past in enumerate(reversed(state.past)):
+            some = np.flatnonzero(state.failures[index] == ago)
+            there = known[np.isfinite(past[known, 0])]
+            if some.size == 0:
+                continue
+            _, moved = near_motion(past[there], (now - past)[there], state.last[index[some]], reach)
+            out[some] = distinct_motions(moved)
+        return out
+
+    def _windows(
+        self,
+        fit: Fit,
+        current: Picture,
+        index: NDArray[np.intp],
+        steps: Floats,
+        level: Level,
+        kept: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.bool_]:
+        """Try windows; keeps what succeeds, and returns for which points it did."""
+        state = self._started()
+        done = np.zeros(index.size, bool)
         for frame, held in self._held.items():
-            chosen = state.reference[index] == frame
-            part = index[chosen]
-            travelled = (state.position[part] - held.position[part])[:, None]
-            near = (place[chosen], moved[chosen] + travelled)
-            tries = make_candidates(*near, fit.params[part], self._recipe.half)
-            pair = Pair(held.coefficients, current, held.mask, self._recipe, self._workers)
-            state.cut[split(pair, fit, held.position[part], part, tries, level)] = True
+            some = np.flatnonzero(state.reference[index] == frame)
+            if some.size == 0:
+                continue
+            part = index[some]
+            travelled = (state.last[part] - held.position[part])[:, None]
+            pair = Pair(
+                held.picture.coefficients,
+                current.coefficients,
+                held.picture.sand,
+                self._recipe,
+                self._workers,
+            )
+            candidates = steps[some] + travelled
+            if kept is None:
+                greys = Greys(held.picture.grey, current.grey)
+                ranks = rank_windows(greys, held.position[part], candidates, self._recipe.subset)
+            else:
+                ranks = np.where(kept[some, None], np.isfinite(candidates[:, :, :1]) * 2.0 - 1.0, -1.0)
+            new, window = match_windows(pair, held.position[part], candidates, ranks, level)
+            good = np.flatnonzero(new.status == Status.OK)
+            fit.put(part[good], new.take(good))
+            state.window[part[good]] = window[good]
+            done[some[good]] = True
+        return done
 
     def _neighbour_motion(self, fit: Fit, failed: NDArray[np.intp]) -> Floats:
         """Median motion since the last frame of the nearest points that were found (F, 2), else NaN."""
@@ -244,7 +296,7 @@ class Tracker:
         out[some] = np.nanmedian(around[some], axis=1)
         return out
 
-    def _try(self, fit: Fit, current: NDArray[np.float32], index: NDArray[np.intp], moved: Floats) -> None:
+    def _try(self, fit: Fit, current: Picture, index: NDArray[np.intp], moved: Floats) -> None:
         """Match points from their last place plus a motion; keeps the better correlation of each."""
         state = self._started()
         for frame, held in self._held.items():
@@ -255,7 +307,13 @@ class Tracker:
             start = state.params[part].copy()
             here = displacement_of(start, held.position[part], self._recipe)
             start[:, :, 0] += state.position[part] + moved[chosen] - held.position[part] - here
-            pair = Pair(held.coefficients, current, held.mask, self._recipe, self._workers)
+            pair = Pair(
+                held.picture.coefficients,
+                current.coefficients,
+                held.picture.sand,
+                self._recipe,
+                self._workers,
+            )
             new = match(pair, held.position[part], start)
             better = (fit.status[part] != Status.OK) & (
                 (new.status == Status.OK) | (fit.status[part] == Status.LOST)
@@ -305,7 +363,8 @@ class Tracker:
         fit.status[living & ~outside & ok & (wide[pixel[:, 1], pixel[:, 0]] == 0)] = Status.MASKED
         depth = cv2.distanceTransform(np.ascontiguousarray(sand, np.uint8), cv2.DIST_L2, 3)
         shallow = depth[pixel[:, 1], pixel[:, 0]] < SURFACE * self._recipe.subset
-        decorrelated = np.isin(fit.status, (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER))
+        torn = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.SHEARED)
+        decorrelated = np.isin(fit.status, torn)
         fit.status[living & decorrelated & shallow & ~sand.all()] = Status.AVALANCHED
 
     def _settle(
@@ -314,7 +373,7 @@ class Tracker:
         position: Floats,
         std: Floats,
         alive: NDArray[np.intp],
-        picture: tuple[NDArray[np.float32], NDArray[np.bool_]],
+        picture: Picture,
     ) -> None:
         """Carry the results into the state, renew references and count failures."""
         state = self._started()
@@ -322,7 +381,10 @@ class Tracker:
         bad = alive[fit.status[alive] != Status.OK]
         presumed = np.nan_to_num(self._neighbour_motion(fit, bad))
         state.motion[ok] = (position[ok] - state.position[ok]) / (1 + state.missed)
-        state.position[ok] = position[ok]
+        state.position[ok] = state.last[ok] = position[ok]
+        seen = np.full_like(position, np.nan)
+        seen[ok] = position[ok]
+        state.past = [*state.past[-RETRIES:], seen]
         state.params[ok] = fit.params[ok]
         state.failures[ok] = 0
         state.failures[bad] += 1
@@ -332,8 +394,7 @@ class Tracker:
         state.missed = 0
         new = ok[np.isnan(state.first_zncc[ok])]
         state.first_zncc[new] = fit.zncc[new]
-        # A subset that was cut holds two motions since its reference: a new one holds less of the second.
-        worn = ok[state.cut[ok] | (fit.zncc[ok] < RENEW * state.first_zncc[ok])]
+        worn = ok[fit.zncc[ok] < RENEW * state.first_zncc[ok]]
         self._renew(worn, position, std, ok, picture)
 
     def _renew(
@@ -342,7 +403,7 @@ class Tracker:
         position: Floats,
         std: Floats,
         ok: NDArray[np.intp],
-        picture: tuple[NDArray[np.float32], NDArray[np.bool_]],
+        picture: Picture,
     ) -> None:
         """Give worn points a newer reference: one that is held and knows them, else this picture."""
         state = self._started()
@@ -363,7 +424,7 @@ class Tracker:
             worn = np.union1d(worn, left[np.isfinite(spread[left])])
             del self._held[stale]
             state.reference[state.reference == stale] = self._frame
-        self._hold(picture[0], picture[1], there, spread)
+        self._hold(picture, there, spread)
         self._rebase(worn, self._frame)
 
     def _rebase(self, index: NDArray[np.intp], frame: int) -> None:
@@ -378,3 +439,4 @@ class Tracker:
         state.params[index, :, 0] = (state.position[index] - held.position[index]) / terms[0][:, None]
         state.reference[index] = frame
         state.first_zncc[index] = np.nan
+        state.window[index] = WHOLE

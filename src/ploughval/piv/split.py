@@ -97,6 +97,17 @@ def _distinct(moved: Floats) -> Floats:
     return moved[kept]
 
 
+def distinct_motions(moved: Floats) -> Floats:
+    """Displacements (I, CANDIDATES, 2) of neighbours (I, K, 2) that differ from each other, NaN: no more."""
+    out = np.full((len(moved), CANDIDATES, 2), np.nan)
+    for k in range(len(moved)):
+        some = moved[k][np.isfinite(moved[k, :, 0])]
+        if len(some):
+            picked = _distinct(some)
+            out[k, : len(picked)] = picked
+    return out
+
+
 def split(
     pair: Pair, fit: Fit, points: Floats, index: NDArray[np.intp], candidates: Floats, level: float
 ) -> NDArray[np.intp]:

@@ -1,0 +1,44 @@
+"""What a tracker remembers: pictures, references, and what is known of every point."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.piv.subsets import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A photograph: spline coefficients, 8 bit copy (H, W) and sand (H, W)."""
+
+    coefficients: NDArray[np.float32]
+    grey: NDArray[np.uint8]
+    sand: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A picture that points are matched against, and where they stood in it (NaN: not known)."""
+
+    frame: int
+    picture: Picture
+    position: Floats  # (N, 2) px
+    std: Floats  # (N,) px
+
+
+@dataclass(slots=True)
+class State:
+    """What is known of N points after a frame."""
+
+    position: Floats  # (N, 2) last measured, or where a point that failed is presumed to be
+    last: Floats  # (N, 2) last measured
+    motion: Floats  # (N, 2) px a frame, last measured
+    reference: NDArray[np.intp]  # (N,) frame of the reference picture
+    params: Floats  # (N, 2, terms) from that reference
+    first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
+    failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
+    window: NDArray[np.intp]  # (N,) number of the small window, WHOLE for a whole subset
+    past: list[Floats]  # positions (N, 2) after the last frames, NaN: failed
+    missed: int = 0  # frames skipped or failed since `grey` was seen
+    grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))

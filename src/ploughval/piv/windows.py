@@ -1,0 +1,146 @@
+"""Shiftable windows: sand near a shear band is matched on small windows that move with it."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.axes import Status
+from ploughval.piv.guess import Greys
+from ploughval.piv.split import mismatch_px
+from ploughval.piv.subsets import Fit, Floats, Pair, centres_of, match
+
+Index = NDArray[np.intp]
+
+SIDES = (2 / 3, 0.42)
+"""Sides of the windows over that of a whole subset; all are tried in this order."""
+MARGIN_PX = 3
+"""A window reaches so far beyond its point: nearer to a band the motion is not known."""
+LIMIT_PX = 1.0
+"""A window stays within this distance of a motion that its neighbours have."""
+LEAST_ZNCC = 0.88
+"""Least correlation of a window over that of undisturbed subsets: chance fits few pixels well."""
+MOST_MISMATCH_PX = 0.3
+"""Residuals beyond noise may answer to so much."""
+WORTH = 0.6
+"""A window is matched when its correlation before is beyond this share of that of undisturbed subsets."""
+TRIES = 3
+"""Windows of one side that are matched until one will do."""
+WHOLE = -1
+"""Number of the window of a point whose whole subset is matched."""
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """What undisturbed subsets of a frame reach: residual variance and correlation."""
+
+    residual: float
+    zncc: float
+
+
+def shapes_of(subset: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sides (W,) and shifts (W, 2) px of all windows, the wide ones first and of these the central one."""
+    sides, shifts = [], []
+    for share in SIDES:
+        side = max(2 * int(share * subset / 2) + 1, 9)
+        far = max(side // 2 - MARGIN_PX, 1)
+        steps = [(x, y) for y in (-far, 0, far) for x in (-far, 0, far)]
+        for step in sorted(steps, key=lambda s: abs(s[0]) + abs(s[1])):
+            sides.append(side)
+            shifts.append(step)
+    return np.array(sides, np.int64), np.array(shifts, np.int64).reshape(-1, 2)
+
+
+def rank_windows(greys: Greys, points: Floats, candidates: Floats, subset: int) -> Floats:
+    """Correlation (N, K, W) of all windows at displacements (N, K, 2) as they are; -1 where there is none.
+
+    Bilinear and 8 bit: it only tells which windows are worth a match. All sums are of whole numbers and
+    exact, so that they do not depend on the order in which they are added.
+    """
+    sides, shifts = shapes_of(subset)
+    half = int((np.abs(shifts).max(axis=1) + sides // 2).max())
+    axis = np.arange(-half, half + 1)
+    ox, oy = (a.ravel() for a in np.meshgrid(axis, axis))
+    inside = np.abs(np.stack([ox, oy], axis=1)[:, None] - shifts).max(axis=2) <= sides // 2
+    inside = inside.astype(float)
+    out = np.full((*candidates.shape[:2], len(sides)), -1.0)
+    who, which = np.nonzero(np.isfinite(candidates[:, :, 0]))
+    height, width = greys.reference.shape
+    centres = centres_of(points)
+    row = np.clip(centres[:, 1:] + oy, 0, height - 1)
+    f_all = greys.reference[row, np.clip(centres[:, :1] + ox, 0, width - 1)].astype(float)
+    count = inside.sum(axis=0)
+    for start in range(0, who.size, 4096):
+        n, k = who[start : start + 4096], which[start : start + 4096]
+        place = (centres[n] + candidates[n, k]).astype(np.float32)
+        x = place[:, :1] + ox.astype(np.float32)
+        y = place[:, 1:] + oy.astype(np.float32)
+        f = f_all[n]
+        g = cv2.remap(greys.current, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+        fs, gs = f @ inside, g @ inside
+        ff, gg, fg = (f * f) @ inside, (g * g) @ inside, (f * g) @ inside
+        spread = (ff - fs * fs / count) * (gg - gs * gs / count)
+        out[n, k] = (fg - fs * gs / count) / np.sqrt(np.maximum(spread, 1e-9))
+    return out
+
+
+def match_windows(
+    pair: Pair, points: Floats, candidates: Floats, ranks: Floats, level: Level
+) -> tuple[Fit, Index]:
+    """Match each point on the best of some windows from the best of some displacements.
+
+    Parameters
+    ----------
+    pair : Pair
+        Both pictures.
+    points : (N, 2) float, px
+        Material points in the reference picture.
+    candidates : (N, K, 2) float, px
+        Displacements to start from; NaN: none.
+    ranks : (N, K, W) float
+        Correlation of every window as found by :func:`rank_windows`; -1: not to be tried.
+    level : Level
+        What undisturbed subsets reach.
+
+    Returns
+    -------
+    Fit
+        Status OK, or LOW_CORRELATION where no window will do; parameters are those of the pair's recipe.
+    (N,) int
+        The window of each.
+    """
+    sides, shifts = shapes_of(pair.recipe.subset)
+    best = Fit(
+        np.zeros((len(points), 2, pair.recipe.terms)),
+        np.zeros((len(points), 10)),
+        np.full(len(points), Status.LOW_CORRELATION, np.int8),
+    )
+    chosen = np.full(len(points), WHOLE, np.intp)
+    for side in np.unique(sides)[::-1]:
+        rank = np.where(sides == side, ranks, -1.0).reshape(len(points), ranks.shape[1] * len(sides))
+        for tried in np.argsort(-rank, axis=1, kind="stable")[:, :TRIES].T:
+            open_ = chosen == WHOLE
+            worth = np.take_along_axis(rank, tried[:, None], axis=1)[:, 0] > WORTH * level.zncc
+            who = np.flatnonzero(open_ & worth)
+            if who.size == 0:
+                break
+            k, window = np.divmod(tried[who], len(sides))
+            small = _match_some(pair, points[who] + shifts[window], candidates[who, k], int(side))
+            good = small.status == Status.OK
+            good &= small.zncc > LEAST_ZNCC * level.zncc
+            good &= mismatch_px(small, level.residual) < MOST_MISMATCH_PX
+            won = np.flatnonzero(good)
+            best.put(who[won], small.take(won))
+            chosen[who[won]] = window[won]
+    return best, chosen
+
+
+def _match_some(pair: Pair, places: Floats, displacement: Floats, side: int) -> Fit:
+    """Match windows of one side in translation; what moves them are parameters of the pair's own recipe."""
+    recipe = replace(pair.recipe, subset=side, order=0)
+    centres = centres_of(places).astype(float)
+    found = match(replace(pair, recipe=recipe), centres, displacement[:, :, None], limit=LIMIT_PX)
+    params = np.zeros((len(places), 2, pair.recipe.terms))
+    params[:, :, :1] = found.params
+    return Fit(params, found.stats, found.status)
