@@ -14,7 +14,7 @@ help:
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,tdms]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,tdms,cluster]'
 	@touch $@
 
 demo: $(READY)

@@ -1,11 +1,19 @@
 """Every error says what, where, and what to do."""
 
+import copy
 from pathlib import Path
 
 import pytest
 
 from ploughval import errors
-from ploughval.errors import ConfigError, DataError, Fault, MissingExtraError, PloughvalError
+from ploughval.errors import (
+    CalibrationError,
+    ConfigError,
+    DataError,
+    Fault,
+    MissingExtraError,
+    PloughvalError,
+)
 
 
 def test_every_error_has_the_one_base():
@@ -49,3 +57,22 @@ def test_a_missing_extra_holds_the_line_that_installs_it():
     text = str(MissingExtraError("nptdms", "tdms", "Reading log.tdms"))
     assert text.startswith("Reading log.tdms needs")
     assert "pip install 'ploughval[tdms]'" in text
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ConfigError("test.toml", [Fault("a", "1", "2", "Do this.")]),
+        DataError("is empty", path="photos/a.png", frame=3),
+        DataError("is empty"),
+        MissingExtraError("distributed", "cluster", "--scheduler"),
+        CalibrationError("points in line"),
+    ],
+)
+def test_errors_travel_between_processes_unharmed(error):
+    again = copy.copy(error)  # by way of __reduce__, as a process boundary does
+    assert type(again) is type(error)
+    assert str(again) == str(error)
+    assert {k: v for k, v in vars(again).items() if k[0] != "_"} == {
+        k: v for k, v in vars(error).items() if k[0] != "_"
+    }

@@ -11,7 +11,9 @@ PloughvalError
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,10 @@ class ConfigError(PloughvalError):
         head = f"{self.source}: {count} fault{'s' if count != 1 else ''}"
         super().__init__("\n".join([head, *(f"  - {fault}" for fault in self.faults)]))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel between processes with the same parts."""
+        return type(self), (self.source, self.faults)
+
 
 class DataError(PloughvalError):
     """A file with measurements that cannot be used."""
@@ -52,7 +58,12 @@ class DataError(PloughvalError):
         where = [] if self.path is None else [self.path]
         if frame is not None:
             where.append(f"frame {frame}")
+        self._message = message
         super().__init__(f"{', '.join(where)}: {message}" if where else message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel between processes with the same parts."""
+        return partial(type(self), path=self.path, frame=self.frame), (self._message,)
 
 
 class CalibrationError(PloughvalError):
@@ -76,3 +87,8 @@ class MissingExtraError(PloughvalError):
             f"{purpose} needs the package {package!r}, which is not installed. "
             f"Install it with: pip install 'ploughval[{extra}]'"
         )
+        self._purpose = purpose
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel between processes with the same parts."""
+        return type(self), (self.package, self.extra, self._purpose)

@@ -1,6 +1,7 @@
 """Several tests: one after the other here, or side by side on a dask cluster."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -81,7 +82,7 @@ def run_all(
     client = _connect(scheduler)
     try:
         futures = [
-            client.submit(job, folder.resolve(), target and target.resolve(), pure=False, **options)
+            client.submit(partial(job, **options), folder.resolve(), target and target.resolve(), pure=False)
             for folder, target in zip(folders, targets, strict=True)
         ]
         for index, future in enumerate(futures):
