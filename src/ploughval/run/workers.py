@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -94,11 +95,11 @@ def run_all(
 
 def _connect(address: str) -> Any:
     try:
-        from distributed import Client
+        distributed: Any = import_module("distributed")  # an extra: not there in a plain installation
     except ImportError:
         raise MissingExtraError("distributed", "cluster", "--scheduler") from None
     try:
-        return Client(address, timeout="10s")
+        return distributed.Client(address, timeout="10s")
     except (OSError, ValueError) as error:
         raise DataError(
             f"the dask scheduler does not answer ({error}); start one or leave --scheduler out", path=address
