@@ -16,7 +16,7 @@ from ploughval.scene import ModelTable, Scene
 
 DEPTH_MM, GAMMA_KN_M3 = 30.0, 16.0
 REFERENCE = {"peak_friction_deg": 50.0, "residual_friction_deg": 32.0, "mobilization_length_mm": 1.0}
-TRAVEL_D = 6.5
+TRAVEL_D, RULES_TRAVEL_D = 12.0, 6.5
 SWITCHES = 3  # of which the tables tell
 SANDS = {"50/32": {}, "36/32": {"peak_friction_deg": 36.0}}
 FIXED_STEPS_D = np.geomspace(0.2, 5e-4, 14)
@@ -235,7 +235,7 @@ def influence_scenes() -> list[tuple[str, float, Scene]]:
         runs.append(("softening_d", share, scene_of({"mobilization_length_mm": share * DEPTH_MM})))
     for depth in (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 10000.0):
         runs.append(("depth_mm", depth, scene_of(depth_mm=depth)))
-    for angle in np.linspace(-6.0, 16.0, 23).tolist():
+    for angle in np.linspace(-4.0, 16.0, 21).tolist():
         runs.append(("surface_slope_deg", angle, scene_of(model=sloping(angle))))
     for height in np.linspace(-0.5, 0.5, 21).tolist():
         runs.append(("step_height_d", height, scene_of(model=stepped(height))))
@@ -277,6 +277,13 @@ def friction_map() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def drawn(band: np.ndarray) -> np.ndarray:
+    """Rows (R,) bool that a figure needs: all about the start of a band, one in eight elsewhere."""
+    starts = np.flatnonzero(np.diff(band, prepend=-1.0))
+    near = np.abs(np.arange(len(band))[:, None] - starts).min(axis=1)
+    return (near <= 16) | (np.arange(len(band)) % 8 == 0) | (np.arange(len(band)) == len(band) - 1)
+
+
 def rule_histories() -> tuple[pd.DataFrame, pd.DataFrame]:
     """Force histories for the rules of the outcrop and of the direction, and what they tell."""
     rules: dict[str, dict[str, Any]] = {
@@ -287,9 +294,11 @@ def rule_histories() -> tuple[pd.DataFrame, pd.DataFrame]:
     tables, rows = [], []
     for rule, model in rules.items():
         for sand, soil in SANDS.items():
-            history = simulate(scene_of(soil, model=model), displacement_mm=TRAVEL_D * DEPTH_MM)
-            rows.append({"rule": rule, "sand": sand, "bands": len(history.bands), **told(history, DEPTH_MM)})
+            history = simulate(scene_of(soil, model=model), displacement_mm=RULES_TRAVEL_D * DEPTH_MM)
             marched = history.marched.rows
+            mean = np.trapezoid(history.force["force_N"], marched[:, 0]) / (history.end_mm * history.P0_N)
+            line = {"rule": rule, "sand": sand, "bands": len(history.bands), "mean_P_P0": mean}
+            rows.append({**line, **told(history, DEPTH_MM)})
             tables.append(
                 pd.DataFrame(
                     {
@@ -300,6 +309,6 @@ def rule_histories() -> tuple[pd.DataFrame, pd.DataFrame]:
                         "beta_deg": history.force["beta_deg"],
                         "band": marched[:, 6].astype(int),
                     }
-                ).iloc[:: 4 if len(marched) > 800 else 1]
+                )[drawn(marched[:, 6])]
             )
     return pd.concat(tables), pd.DataFrame(rows)

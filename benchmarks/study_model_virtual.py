@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.model import simulate
-from study_model_runs import DEPTH_MM, GAMMA_KN_M3, by_nodes, directions, scene_of
+from study_model_runs import DEPTH_MM, GAMMA_KN_M3, by_nodes, directions, drawn, scene_of
 
 WINDOW_MM = 0.5  # running mean of the run's force: its grid makes it ripple
 FIRST_MM, SWITCH_MM = 2.0, (10.0, 35.0)  # where the first peak and the switch are looked for
@@ -73,7 +73,11 @@ def measured(folder: Path) -> tuple[pd.DataFrame, dict[str, Any]]:
     read["first_peak_K"] = float(K[u < FIRST_MM].max())  # too sharp for the running mean
     beta = pd.read_csv(folder / "mpm_d30_s2_bands.csv")["inclination_deg"].to_numpy()
     change = int(np.argmax(np.diff(beta) < -10.0)) + 1
-    table = pd.DataFrame({"history": "material points", "u_mm": grid, "K": smooth})
+    place, level = (
+        np.r_[u[u < FIRST_MM], grid[grid >= FIRST_MM]],
+        np.r_[K[u < FIRST_MM], smooth[grid >= FIRST_MM]],
+    )
+    table = pd.DataFrame({"history": "material points", "u_mm": place, "K": level})
     return table, {"history": "material points", **read, "beta_0_deg": beta[0], "beta_1_deg": beta[change]}
 
 
@@ -108,7 +112,7 @@ def modelled(name: str, folder: Path) -> tuple[pd.DataFrame, dict[str, Any]]:
         "beta_0_deg": beta[0],
         "beta_1_deg": beta[starts[1]],
     }
-    return pd.DataFrame({"history": name, "u_mm": u, "K": K}), row
+    return pd.DataFrame({"history": name, "u_mm": u, "K": K})[drawn(band)], row
 
 
 def davis(friction_deg: float, dilation_deg: float) -> float:
@@ -120,9 +124,7 @@ def davis(friction_deg: float, dilation_deg: float) -> float:
 def histories(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     """K against u of the run and of the model's rules, and what they read."""
     results = [measured(folder), *(modelled(name, folder) for name in RULES)]
-    return pd.concat([table.iloc[:: 1 + len(table) // 600] for table, _ in results]), pd.DataFrame(
-        [row for _, row in results]
-    )
+    return pd.concat([table for table, _ in results]), pd.DataFrame([row for _, row in results])
 
 
 def mobilised(folder: Path) -> pd.DataFrame:
@@ -160,7 +162,10 @@ def transient(folder: Path) -> dict[str, float]:
     speed, depth = meta["v"], meta["depth"]
     faster, excess = 3.0, 0.26  # 60 mm/s instead of 20 mm/s: first peak 26 % higher
     return {
-        "steady_inertia_pct": 100.0 * 2.0 * speed**2 / (9.81 * depth),
+        "davis_peak_deg": davis(meta["phi_peak"], meta["psi_peak"]),
+        "davis_residual_deg": davis(meta["phi_res"], 0.0),
+        "faster_peak_excess_pct": 100.0 * excess,
+        "steady_inertia_K": 2.0 * speed**2 / (9.81 * depth),
         "peak_excess_linear_pct": 100.0 * excess / (faster - 1.0),
         "peak_excess_square_pct": 100.0 * excess / (faster**2 - 1.0),
     }

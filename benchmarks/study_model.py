@@ -1,0 +1,99 @@
+"""The numerical study of the incremental-collapse model: tables, figures and page of reports/model.
+
+    python benchmarks/study_model.py [--out reports/model]
+
+The comparison with a material-point run is made where that run is at hand; otherwise its part of the folder
+stays as it is.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import pandas as pd
+
+import study_model_figures as figures
+import study_model_page as page
+import study_model_runs as runs
+import study_model_virtual as virtual
+
+TEMPLATE = Path(__file__).with_name("study_model.md")
+LENGTHS = {
+    "length_1_d": ("start to first switch", figures.BLUE, "o"),
+    "length_2_d": ("first to second switch", figures.ORANGE, "s"),
+    "length_3_d": ("second to third switch", figures.GREEN, "^"),
+}
+FORCES = {
+    "trough_0_P0": ("trough of the first band", figures.BLUE, "o"),
+    "peak_1_P0": ("first switch", figures.VERMILION, "s"),
+    "trough_1_P0": ("trough of the second band", figures.SKY, "^"),
+    "peak_2_P0": ("second switch", figures.ORANGE, "D"),
+}
+
+
+def write(table: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """Write a table as CSV with six digits, and return what the file holds."""
+    table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
+    return pd.read_csv(path, keep_default_na=True)
+
+
+def make_tables(out: Path) -> dict[str, pd.DataFrame]:
+    """Run everything; the tables as they stand in the files."""
+    histories, rules = runs.rule_histories()
+    tables = {
+        "increments": runs.increments(),
+        "nodes": runs.nodes(),
+        "influences": runs.influences(),
+        "friction-map": runs.friction_map(),
+        "rules": rules,
+        "rules-histories": histories,
+    }
+    folder = virtual.virtual_folder()
+    if folder is not None:
+        tables["virtual-histories"], tables["virtual"] = virtual.histories(folder)
+        tables["virtual-friction"] = virtual.mobilised(folder)
+        tables["virtual-speed"] = pd.DataFrame([virtual.transient(folder)])
+    read = {name: write(table, out / f"{name}.csv") for name, table in tables.items()}
+    for name in ("virtual-histories", "virtual", "virtual-friction", "virtual-speed"):
+        if name not in read and (out / f"{name}.csv").is_file():
+            read[name] = pd.read_csv(out / f"{name}.csv")
+    if "virtual-friction" in read:
+        read["virtual-friction"]["event"] = read["virtual-friction"]["event"].fillna("")
+    return read
+
+
+def make_figures(tables: dict[str, pd.DataFrame], out: Path) -> None:
+    """Draw every figure whose tables are there."""
+    with figures.style():
+        figures.save(figures.numerics(tables["increments"], tables["nodes"]), out / "numerics")
+        figures.save(figures.rules(tables["rules-histories"]), out / "rules")
+        figures.save(
+            figures.influences(tables["influences"], LENGTHS, "displacement, d", 5.2), out / "periods"
+        )
+        figures.save(figures.influences(tables["influences"], FORCES, "force, P0", 5.0), out / "forces")
+        figures.save(figures.friction_map(tables["friction-map"]), out / "friction-map")
+        if names := runs.directions():
+            figures.save(figures.direction_rules(tables["rules-histories"], names), out / "directions")
+        if "virtual" in tables:
+            davis = tuple(tables["virtual-speed"][[f"davis_{k}_deg" for k in ("peak", "residual")]].iloc[0])
+            drawn = figures.virtual(tables["virtual-histories"], tables["virtual-friction"], davis)
+            figures.save(drawn, out / "virtual")
+
+
+def main(arguments: list[str] | None = None) -> Path:
+    """Make the study; returns its folder."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("reports/model"), help="folder of the study")
+    out = parser.parse_args(arguments).out
+    out.mkdir(parents=True, exist_ok=True)
+    start = time.perf_counter()
+    tables = make_tables(out)
+    make_figures(tables, out)
+    text = page.fill(TEMPLATE.read_text(encoding="utf-8"), tables)
+    (out / "README.md").write_text(text, encoding="utf-8")
+    print(f"wrote {out} in {time.perf_counter() - start:.0f} s")
+    return out
+
+
+if __name__ == "__main__":
+    main()
