@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 SAME_BAND = 0.05  # a fresh outcrop nearer than this share of the band's reach is the same band creeping on
 SOFTENING_STEPS = 8  # steps in which a band softens ...
 LEAST_STEP = 64.0  # ... unless that makes them shorter than this part of the increment
+LEAST_LIFE = 8.0  # a band lives at least this part of the increment: two bands may alternate ever faster
 
 
 class End(IntEnum):
@@ -128,9 +129,20 @@ def try_increment(
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def up_to_switch(
-    now: Floats, n: int, law: Law, band: tuple[float, float], du: float, crowd: int, work: Floats, to: Floats
+    now: Floats,
+    n: int,
+    law: Law,
+    band: tuple[float, float],
+    limits: tuple[float, float],
+    crowd: int,
+    work: Floats,
+    to: Floats,
 ) -> tuple[int, int, Trial, bool]:
-    """An increment of du, or less where a fresh band becomes as cheap as this one; and whether it does."""
+    """The greatest increment, or less where a fresh band becomes as cheap as this one; and whether it does.
+
+    ``limits``: least and greatest increment. At the least one the fresh band may be cheaper already.
+    """
+    least, du = limits
     rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
     creeps = abs(last.place - last.at) <= SAME_BAND * (last.at - to[0, 0])
     if law.peak <= law.residual or last.force <= last.fresh or creeps:
@@ -149,6 +161,9 @@ def up_to_switch(
             high, gap_high = du, gap
         else:
             low, gap_low = du, gap
+    if last.du < least:
+        rest, sheared, last = try_increment(now, n, law, band, min(least, whole), crowd, work, to)
+        return rest, sheared, last, last.force > last.fresh
     return rest, sheared, last, True
 
 
@@ -166,7 +181,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     rows, ends = np.empty((256, 8)), np.empty((256, 2), np.int64)
     pool = np.empty((2, 4096 if store else 1))
     count, filled, band, end = 0, 0, -1, 0
-    u, switches = 0.0, True
+    u, born, switches = 0.0, 0.0, True
     fresh, place = fresh_band(now[0], now[1], n, law)
     last = Trial(0.0, place, 0.0, fresh, fresh, place)
     while True:
@@ -180,6 +195,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
                 band += 1 if band < 0 or (jump and law.peak > law.residual) else 0
                 slip = 0.0 if law.peak > law.residual else last.slip
                 last = Trial(0.0, last.place, slip, last.fresh, last.fresh, last.place)
+                born = u
         if count == rows.shape[0]:
             rows, ends = np.concatenate((rows, rows)), np.concatenate((ends, ends))
         top = height_at(now[0], now[1], n, last.at)
@@ -195,7 +211,8 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
         if law.peak > law.residual:
             du = min(du, increment(step, law, last.slip, 1.0 / math.hypot(1.0, tan_beta)))
         active = (last.at, last.slip)
-        rest, sheared, last, switches = up_to_switch(now, n, law, active, du, crowd, work, to)
+        limits = (born + step / LEAST_LIFE - u, du)
+        rest, sheared, last, switches = up_to_switch(now, n, law, active, limits, crowd, work, to)
         if not math.isfinite(min(last.force, last.fresh)):
             end = 2
             break
