@@ -97,7 +97,7 @@ def numerics(increments: pd.DataFrame, nodes: pd.DataFrame) -> Figure:
     left.legend(frameon=False, fontsize=7.5, loc="lower right")
     steps = sorted(nodes["increment_d"].unique(), reverse=True)
     for step, colour, marker, y in zip(
-        steps, (SKY, ORANGE, VERMILION), "^so", (3.0, 0.35, 0.012), strict=True
+        steps, (SKY, ORANGE, VERMILION), "^so", (4.0, 0.022, 0.003), strict=True
     ):
         rows = nodes[nodes["increment_d"] == step]
         error = rows["by_nodes_switch_u_error_pct"].abs()

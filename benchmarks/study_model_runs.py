@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.model import ForceHistory, History, force_history, simulate, simulate_many
-from ploughval.model.collapse import run_march, soil_law
+from ploughval.model.collapse import STEP_PER_TOLERANCE
 from ploughval.model.mechanism import block_areas, block_force
 from ploughval.model.surface import avalanche, move_block
 from ploughval.scene import ModelTable, Scene
@@ -55,33 +55,33 @@ def first_switch(u_mm: np.ndarray, force_N: np.ndarray, band: np.ndarray) -> tup
     return (float(u_mm[rows[0]]), float(force_N[rows[0]])) if len(rows) else (math.nan, math.nan)
 
 
+def fixed(scene: Scene, step_d: float, travel_d: float) -> ForceHistory:
+    """One march with increments of a given length (shorter only where a band softens or switches)."""
+    travel, tolerance = travel_d * scene.blade.depth_mm, step_d / STEP_PER_TOLERANCE
+    return force_history(scene, displacement_mm=travel, tolerance=tolerance)
+
+
 def increments() -> pd.DataFrame:
-    """Error and time of the shipped march against its fixed increment, and of node-by-node search."""
+    """Error and time of the shipped march against its fixed increment."""
     rows = []
     for sand, soil in SANDS.items():
-        scene = scene_of(soil)
-        law = soil_law(scene.soil, scene.model.outcrop)
-        travel = 3.5 * DEPTH_MM
-
-        def run(step_d: float, scene: Scene = scene, law: Any = law, travel: float = travel) -> np.ndarray:
-            return run_march(scene, law, travel, step_d * DEPTH_MM, store=False).rows
-
-        limit = run(LIMIT_STEP_D)
-        exact = first_switch(limit[:, 0], limit[:, 2], limit[:, 6])
-        u = np.linspace(0.05 * DEPTH_MM, travel, 4001)
-        jumps = limit[np.flatnonzero(np.diff(limit[:, 6]) > 0), 0]
+        scene, travel_d = scene_of(soil), 3.5
+        limit = fixed(scene, LIMIT_STEP_D, travel_d)
+        exact = first_switch(*limit)
+        u = np.linspace(0.05 * DEPTH_MM, travel_d * DEPTH_MM, 4001)
+        jumps = limit.u_mm[np.flatnonzero(np.diff(limit.band) > 0)]
         away = np.abs(u[:, None] - jumps).min(axis=1) > 0.15 * DEPTH_MM
-        level = np.interp(u, limit[:, 0], limit[:, 2])
+        level = np.interp(u, limit.u_mm, limit.force_N)
         for step_d in FIXED_STEPS_D:
-            found = run(step_d)
-            place, force = first_switch(found[:, 0], found[:, 2], found[:, 6])
-            gap = (np.interp(u, found[:, 0], found[:, 2]) / level - 1.0)[away]
+            found = fixed(scene, step_d, travel_d)
+            place, force = first_switch(*found)
+            gap = (np.interp(u, found.u_mm, found.force_N) / level - 1.0)[away]
             rows.append(
                 {
                     "sand": sand,
                     "increment_d": step_d,
-                    "increments": len(found) - 1,
-                    "time_ms": 1e3 * least_time(lambda step_d=step_d: run(step_d)),
+                    "increments": len(found.u_mm) - 1,
+                    "time_ms": 1e3 * least_time(lambda h=step_d, s=scene, t=travel_d: fixed(s, h, t)),
                     "switch_u_d": place / DEPTH_MM,
                     "switch_u_error_pct": 100.0 * abs(place / exact[0] - 1.0),
                     "switch_P_error_pct": 100.0 * abs(force / exact[1] - 1.0),
@@ -104,12 +104,10 @@ def least_time(run: Callable[[], object], repeats: int = 7) -> float:
 def nodes() -> pd.DataFrame:
     """First switch against node spacing: nodes as the only outcrops, and the polyline with nodes added."""
     scene = scene_of()
-    law = soil_law(scene.soil, scene.model.outcrop)
-    limit = run_march(scene, law, NODE_TRAVEL_D * DEPTH_MM, LIMIT_STEP_D * DEPTH_MM, store=False).rows
-    exact = np.array(first_switch(limit[:, 0], limit[:, 2], limit[:, 6]))
-    P0 = limit[0, 2]
-    flat = force_history(scene)
-    plain = np.array(first_switch(*flat))
+    limit = fixed(scene, LIMIT_STEP_D, NODE_TRAVEL_D)
+    exact = np.array(first_switch(*limit)) / [1.0, 1e-6 * GAMMA_KN_M3 * scene.blade.width_mm]
+    P0 = 0.5 * DEPTH_MM**2 * math.tan(math.radians(70.0)) ** 2  # Rankine, 50 degrees, over the unit weight
+    plain = np.array(first_switch(*force_history(scene)))
     rows = []
     for spacing in NODE_SPACINGS_D:
         x = np.arange(0.0, 45.0, spacing) * DEPTH_MM
