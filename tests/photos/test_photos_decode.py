@@ -120,7 +120,7 @@ def test_exif_after_the_samples_of_a_png_is_found(tmp_path):
     Image.fromarray(COLOUR).save(path)
     exif = Image.Exif()
     exif[0x0112] = 3
-    exif.get_ifd(0x8769)[0x9003] = "2024:05:01 10:00:00"
+    exif[0x8769] = {0x9003: "2024:05:01 10:00:00"}
     chunk = b"eXIf" + exif.tobytes().removeprefix(b"Exif\0\0")
     data = path.read_bytes()
     added = struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk))

@@ -20,10 +20,8 @@ def exif(*seconds, date="2024:05:01 10:00:"):
 def write_jpeg(path, original=None, subsecond=None, offset=None, digitised="2002:12:08 12:00:00"):
     tags = Image.Exif()
     tags[0x0132] = "2030:01:01 00:00:00"  # DateTime: changed by every editor
-    ifd = tags.get_ifd(0x8769)
-    for tag, value in ((0x9003, original), (0x9291, subsecond), (0x9011, offset), (0x9004, digitised)):
-        if value is not None:
-            ifd[tag] = value
+    stated = {0x9003: original, 0x9291: subsecond, 0x9011: offset, 0x9004: digitised}
+    tags[0x8769] = {tag: value for tag, value in stated.items() if value is not None}
     Image.new("L", (16, 8)).save(path, exif=tags)
 
 

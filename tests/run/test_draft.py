@@ -96,7 +96,7 @@ def test_number_and_size_of_the_photographs_are_told(folder):
 def test_exif_times_are_used_where_they_are_true(tmp_path):
     for k in range(3):
         exif = Image.Exif()
-        exif.get_ifd(0x8769)[0x9003] = f"2024:05:01 10:00:{4 * k:02d}"
+        exif[0x8769] = {0x9003: f"2024:05:01 10:00:{4 * k:02d}"}
         Image.new("L", (64, 48)).save(tmp_path / f"IMG_{k}.JPG", exif=exif)
     settings = tomllib.loads(draft_settings(tmp_path))
     assert settings["camera"] == {"photos": "*.JPG", "times": "exif", "direction": "right"}
@@ -107,7 +107,7 @@ def test_exif_times_are_used_where_they_are_true(tmp_path):
 
 def test_a_frozen_camera_clock_is_not_used(tmp_path):
     exif = Image.Exif()
-    exif.get_ifd(0x8769)[0x9003] = "2024:05:01 10:00:00"
+    exif[0x8769] = {0x9003: "2024:05:01 10:00:00"}
     for k in range(3):
         Image.new("L", (64, 48)).save(tmp_path / f"{k}.jpg", exif=exif)
     text = draft_settings(tmp_path)

@@ -45,7 +45,7 @@ Text = Annotated[str, BeforeValidator(_text)]
 
 
 class _Entry(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(frozen=True, extra="ignore", protected_namespaces=())
 
 
 class FrameEntry(_Entry):
