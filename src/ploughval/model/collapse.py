@@ -94,7 +94,7 @@ class History:
     force : DataFrame of MODEL_FORCE_COLUMNS
         One row at the start of every increment, and one at the end; P of Eq. 1 for the blade's width.
     force_std_N : float
-        Numerical standard uncertainty of the force, from doubling the increment.
+        Numerical standard uncertainty of the force (rms over the history), from doubling the increment.
     P0_N : float
         First force in level sand, closed form.
     bands : DataFrame of BAND_COLUMNS
@@ -242,7 +242,7 @@ def simulate(
     }
     return History(
         force=_force_table(fine, force_N),
-        force_std_N=scale * error,
+        force_std_N=scale * max(error, march_error(coarse, fine)),
         P0_N=scene.blade.width_mm
         * initial_force(depth, 1e-6 * soil.unit_weight_kN_m3, soil.peak_friction_deg, soil.wall_friction_deg),
         bands=_band_table(fine, coarse),
@@ -341,6 +341,19 @@ def compare_marches(coarse: March, fine: March, mobilization_mm: float) -> float
         soft = slip > 0.0
     gap = (np.interp(b[:, 0], a[:, 0], a[:, 2]) - b[:, 2])[same & soft]
     return float(np.sqrt(np.mean(gap**2))) if gap.size else 0.0
+
+
+def march_error(coarse: March, fine: March) -> float:
+    """Rms over the whole history of what P / unit weight differs by between two steps, switches included.
+
+    Eq. 14 of docs/theory-model.md: errors are of first order, so it is the rms error of the finer run.
+    """
+    a, b = coarse.rows, fine.rows
+    b = b[b[:, 0] <= a[-1, 0]]
+    if len(b) < 2:
+        return 0.0
+    square = (np.interp(b[:, 0], a[:, 0], a[:, 2]) - b[:, 2]) ** 2
+    return float(np.sqrt(np.trapezoid(square, b[:, 0]) / b[-1, 0]))
 
 
 def _starts(marched: March) -> NDArray[np.int64]:
