@@ -56,10 +56,25 @@ def flow_at(greys: Greys, points: Floats) -> Floats:
         a, b = (_as_bytes(cv2.resize(im, size, interpolation=cv2.INTER_AREA)) for im in (a, b))
     if min(a.shape) < 32:
         return np.zeros((len(points), 2))
-    flow = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM).calc(a, b, None)  # type: ignore[attr-defined, call-overload]
+    flow = _dense_flow(a, b)
     place = np.round((points - low) / factor).astype(int)
     place = np.clip(place, 0, [flow.shape[1] - 1, flow.shape[0] - 1])
     return np.asarray(flow[place[:, 1], place[:, 0]] * factor, np.float64)
+
+
+def _dense_flow(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Flow (h, w, 2) in one thread.
+
+    OpenCV cuts the picture in as many stripes as it has threads and searches each on its own, so that the
+    flow may depend on their number.
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)  # type: ignore[attr-defined]
+        return np.asarray(search.calc(a, b, None), np.float32)
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def search_template(

@@ -270,14 +270,10 @@ def _residual_map(side: int, reach: int, work: Work) -> None:
 
 
 @compiled
-def _select(
-    pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, allowed: Floats, work: Work
-) -> int:
-    """Leave weight only to pixels whose residuals from p are small; LOW_CORRELATION where too few."""
-    side = tables.side
+def _select(side: int, allowed: Floats, work: Work) -> int:
+    """Leave weight only to pixels whose residuals are small; LOW_CORRELATION where too few."""
     whole = max(_total(work.weight), 1.0)
     most = allowed[0] + allowed[1] * work.slopes[1] / (2.0 * whole)
-    sample(pictures, tables, cx, cy, p, work)
     _residual_map(side, int(allowed[2]), work)
     for n in range(work.weight.size):
         if not 0.0 <= work.smooth[1, n] <= most:
@@ -339,7 +335,8 @@ def match_points(
                 continue
             code = gather(pictures, tables, cx, cy, work)
             if code == OK and growing:
-                code = _select(pictures, tables, cx, cy, p, allowed, work)
+                sample(pictures, tables, cx, cy, p, work)
+                code = _select(tables.side, allowed, work)
             elif code == OK and parts:
                 _window(tables.side, int(allowed[2]), work)
             if code == OK:

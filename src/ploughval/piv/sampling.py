@@ -18,7 +18,9 @@ LEAST_SHARE = 0.4
 """A subset needs this share of its pixels valid."""
 
 FAST = {"contract", "reassoc", "nsz", "arcp"}
-compiled = njit(cache=True, nogil=True, fastmath=FAST)
+_BARE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+compiled = njit(nogil=True, fastmath=FAST, **_BARE)  # type: ignore[call-overload]
+"""Parts of a kernel: without wrappers for Python and kept in the kernel's own cache, they compile faster."""
 
 
 class Pictures(NamedTuple):
@@ -264,7 +266,7 @@ def sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work
         lost += _warp(extent, tables, cx, cy, row, p, work)
         _weigh(work.place[0], xs, poly, line[0:6], line[13])
         _weigh(work.place[1], ys, poly, line[6:12], line[13])
-        first = 0
+        first = np.int64(0)  # a plain 0 would compile what it is handed to once more
         while first < side:
             last = first + 1
             while last < side and xs[last] - last == xs[first] - first and ys[last] == ys[first]:

@@ -24,7 +24,7 @@ from ploughval.piv.split import (
 from ploughval.piv.state import Picture, Reference, State
 from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
 from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
-from ploughval.piv.windows import WHOLE, Level, match_windows, rank_windows, shapes_of
+from ploughval.piv.windows import WHOLE, Level, match_windows, rank_windows, shapes_of, torn_between
 from ploughval.scene import Piv
 
 RENEW = 0.85
@@ -226,12 +226,15 @@ class Tracker:
                 break
         good = whole[left] & (fit.status[left] == Status.OK)
         good &= mismatch_px(fit, level.residual)[left] < WHOLE_PX
-        fit.status[left[~good]] = Status.SHEARED
+        torn = np.isfinite(self._near_steps(fit, np.union1d(trusted, found), left)[:, 1, 0])
+        fit.status[left[~good & torn]] = Status.SHEARED
+        fit.status[left[~good & ~torn & ~whole[left]]] = Status.LOW_CORRELATION
 
     def _near_steps(self, fit: Fit, known: NDArray[np.intp], index: NDArray[np.intp]) -> Floats:
         """Motions (I, K, 2) of known neighbours since each point was last measured, NaN: no more."""
         state = self._started()
         now = self._positions(fit)
+        known = known[fit.status[known] == Status.OK]
         reach = REACH * self._recipe.subset
         out = np.full((index.size, CANDIDATES, 2), np.nan)
         for ago, past in enumerate(reversed(state.past)):
@@ -274,10 +277,12 @@ class Tracker:
                 ranks = rank_windows(greys, held.position[part], candidates, self._recipe.subset)
             else:
                 ranks = np.where(kept[some, None], np.isfinite(candidates[:, :, :1]) * 2.0 - 1.0, -1.0)
-            new, window = match_windows(pair, held.position[part], candidates, ranks, level)
-            good = np.flatnonzero(new.status == Status.OK)
-            fit.put(part[good], new.take(good))
-            state.window[part[good]] = window[good]
+            found = match_windows(pair, held.position[part], candidates, ranks, level)
+            torn = torn_between(pair, held.position[part], candidates, found, level)
+            good = np.flatnonzero(found.fit.status == Status.OK)
+            fit.put(part[good], found.fit.take(good))
+            fit.status[part[torn]] = Status.SHEARED
+            state.window[part[good]] = found.window[good]
             done[some[good]] = True
         return done
 

@@ -15,7 +15,7 @@ Index = NDArray[np.intp]
 
 SIDES = (2 / 3, 0.42)
 """Sides of the windows over that of a whole subset; all are tried in this order."""
-MARGIN_PX = 3
+MARGIN_PX = 2
 """A window reaches so far beyond its point: nearer to a band the motion is not known."""
 LIMIT_PX = 1.0
 """A window stays within this distance of a motion that its neighbours have."""
@@ -37,6 +37,14 @@ class Level:
 
     residual: float
     zncc: float
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Points matched on windows, and the number of the window of each (N,), WHOLE: none."""
+
+    fit: Fit
+    window: Index
 
 
 def shapes_of(subset: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -85,9 +93,7 @@ def rank_windows(greys: Greys, points: Floats, candidates: Floats, subset: int) 
     return out
 
 
-def match_windows(
-    pair: Pair, points: Floats, candidates: Floats, ranks: Floats, level: Level
-) -> tuple[Fit, Index]:
+def match_windows(pair: Pair, points: Floats, candidates: Floats, ranks: Floats, level: Level) -> Found:
     """Match each point on the best of some windows from the best of some displacements.
 
     Parameters
@@ -105,10 +111,8 @@ def match_windows(
 
     Returns
     -------
-    Fit
+    Found
         Status OK, or LOW_CORRELATION where no window will do; parameters are those of the pair's recipe.
-    (N,) int
-        The window of each.
     """
     sides, shifts = shapes_of(pair.recipe.subset)
     best = Fit(
@@ -133,7 +137,24 @@ def match_windows(
             won = np.flatnonzero(good)
             best.put(who[won], small.take(won))
             chosen[who[won]] = window[won]
-    return best, chosen
+    return Found(best, chosen)
+
+
+def torn_between(
+    pair: Pair, points: Floats, candidates: Floats, found: Found, level: Level
+) -> NDArray[np.bool_]:
+    """Whether the mirrored window fits another motion as well, (N,): the band is upon the point."""
+    sides, shifts = shapes_of(pair.recipe.subset)
+    torn = np.zeros(len(points), bool)
+    apart = np.abs(candidates - found.fit.params[:, None, :, 0]).max(axis=2) > LIMIT_PX
+    shifted = (found.window != WHOLE) & shifts[found.window].any(axis=1)
+    for side in np.unique(sides):
+        who, k = np.nonzero(apart & (shifted & (sides[found.window] == side))[:, None])
+        mirrored = points[who] - shifts[found.window[who]]
+        other = _match_some(pair, mirrored, candidates[who, k], int(side))
+        fits = (other.status == Status.OK) & (other.zncc > LEAST_ZNCC * level.zncc)
+        torn[who[fits]] = True
+    return torn
 
 
 def _match_some(pair: Pair, places: Floats, displacement: Floats, side: int) -> Fit:
