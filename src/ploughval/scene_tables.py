@@ -291,6 +291,9 @@ class ModelTable(Table):
         1e-3, description="relative numerical error aimed at"
     )
     outcrop: Literal["stationary", "riding"] = Field("stationary", description="rule for the band's outcrop")
+    direction: Literal["least_force", "least_softened"] = Field(
+        "least_force", description="a fresh band's direction: cheapest at peak friction, or once softened"
+    )
     initial_surface_mm: tuple[Pixel, ...] | None = Field(
         None, description="[x, y] of the initial surface ahead of the blade, mm; absent: flat"
     )

@@ -220,7 +220,7 @@ def simulate(
         No mechanism is possible at the start.
     """
     soil = soil_of(scene)
-    law, travel = soil_law(soil, scene.model.outcrop), travel_of(scene, displacement_mm)
+    law, travel = scene_law(scene, soil), travel_of(scene, displacement_mm)
     aim, depth = tolerance or scene.model.tolerance, scene.blade.depth_mm
     scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm
     step = min(STEP_PER_TOLERANCE * aim, 0.25) * depth
@@ -261,7 +261,7 @@ def force_history(
     """Force of the model without surfaces, bands or error estimate; see :func:`simulate`."""
     soil, travel = soil_of(scene), travel_of(scene, displacement_mm)
     step = min(STEP_PER_TOLERANCE * (tolerance or scene.model.tolerance), 0.25) * scene.blade.depth_mm
-    rows = run_march(scene, soil_law(soil, scene.model.outcrop), travel, step, store=False).rows
+    rows = run_march(scene, scene_law(scene, soil), travel, step, store=False).rows
     scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm
     return ForceHistory(rows[:, 0].copy(), scale * rows[:, 2], rows[:, 6].astype(np.int64))
 
@@ -273,11 +273,17 @@ def soil_of(scene: Scene) -> Soil:
     return scene.soil
 
 
-def soil_law(soil: Soil, outcrop: str) -> Law:
-    """A soil and the rule of the outcrop as the kernel wants them."""
+def soil_law(soil: Soil, outcrop: str, *, direction: str = "least_force") -> Law:
+    """A soil and the rules of the outcrop and of a fresh band's direction as the kernel wants them."""
     peak, residual = math.radians(soil.peak_friction_deg), math.radians(soil.residual_friction_deg)
     wall, repose = math.radians(soil.wall_friction_deg), math.radians(soil.slope_of_repose_deg)
-    return Law(peak, residual, soil.mobilization_length_mm, wall, repose, 1.0 if outcrop == "riding" else 0.0)
+    rides, softened = float(outcrop == "riding"), float(direction == "least_softened")
+    return Law(peak, residual, soil.mobilization_length_mm, wall, repose, rides, softened)
+
+
+def scene_law(scene: Scene, soil: Soil) -> Law:
+    """A soil under the rules of a scene's [model]."""
+    return soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
 
 
 def travel_of(scene: Scene, displacement_mm: float | None) -> float:

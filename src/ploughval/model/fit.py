@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.errors import ConfigError, ConvergenceError, DataError, Fault
-from ploughval.model.collapse import STEP_PER_TOLERANCE, run_march, soil_law, soil_of
+from ploughval.model.collapse import STEP_PER_TOLERANCE, run_march, scene_law, soil_of
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -212,7 +212,7 @@ def _residuals(
     def residuals(searched: Floats) -> Floats:
         changed = soil.model_copy(update=_physical(names, searched))
         try:
-            marched = run_march(scene, soil_law(changed, scene.model.outcrop), travel, step, store=False)
+            marched = run_march(scene, scene_law(scene, changed), travel, step, store=False)
         except ConvergenceError:
             return np.full(len(u), 1e6)
         scale = 1e-6 * changed.unit_weight_kN_m3 * scene.blade.width_mm * changed.horizontal_share

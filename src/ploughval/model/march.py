@@ -29,7 +29,7 @@ class End(IntEnum):
 
 
 class Law(NamedTuple):
-    """What the kernel must know: angles in radians, lengths in mm; all floats, ``rides`` 0 or 1."""
+    """What the kernel must know: angles in radians, lengths in mm; all floats, the last two 0 or 1."""
 
     peak: float
     residual: float
@@ -37,6 +37,7 @@ class Law(NamedTuple):
     wall: float
     repose: float
     rides: float
+    softened: float = 0.0  # 1: a fresh band leaves in the direction that is cheapest once it has softened
 
 
 class Trial(NamedTuple):
@@ -95,10 +96,24 @@ def advance(
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def fresh_band(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
-    """Least P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
+    """P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
     x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
-    force, place = cheapest_band(x, y, n + 1, math.tan(law.peak), math.tan(law.wall))
+    tan_peak, tan_wall = math.tan(law.peak), math.tan(law.wall)
+    if law.softened > 0.0 and law.peak > law.residual:
+        force, place = cheapest_band(x, y, n + 1, math.tan(law.residual), tan_wall)
+        if math.isfinite(force):
+            force = band_force(x, y, n + 1, place, tan_peak, tan_wall)
+    else:
+        force, place = cheapest_band(x, y, n + 1, tan_peak, tan_wall)
     return force, place
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def lacking(wanted: Trial, edge: float) -> int:
+    """Why the fresh band that is wanted cannot be had: it comes out where no sand is, or locks; else 0."""
+    if wanted.place > edge:
+        return 1
+    return 0 if math.isfinite(wanted.fresh) else 2
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -186,11 +201,10 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     last = Trial(0.0, place, 0.0, fresh, fresh, place)
     while True:
         if switches or law.peak <= law.residual or last.fresh < last.force:
-            if last.place > now[0, n - 1]:
-                end = 1  # the band wanted next would come out where no sand is
-                if band < 0:
-                    break
-            else:
+            end = lacking(last, now[0, n - 1])
+            if end != 0 and band < 0:
+                break
+            if end == 0:
                 jump = abs(last.place - last.at) > SAME_BAND * (last.at - now[0, 0])
                 band += 1 if band < 0 or (jump and law.peak > law.residual) else 0
                 slip = 0.0 if law.peak > law.residual else last.slip
