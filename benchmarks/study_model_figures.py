@@ -64,7 +64,7 @@ def style() -> Iterator[None]:
 def save(figure: Figure, stem: Path) -> None:
     """Write stem.svg and stem.png."""
     figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=110)
+    figure.savefig(stem.with_suffix(".png"), dpi=100)
 
 
 def label(ax: Axes, x: float, y: float, text: str, colour: str, **options: object) -> None:
@@ -197,7 +197,7 @@ def friction_map(table: pd.DataFrame) -> Figure:
     drawn = left.contour(x, y, grid.to_numpy(), levels=levels[1:], colors="white", linewidths=0.6)
     left.clabel(drawn, fmt="%.1f", fontsize=7.5)
     left.plot(50.0, 32.0, "o", color=VERMILION, ms=6)
-    label(left, 50.0, 32.0, "50/32", "white", xytext=(7, 0), fontweight="bold")
+    label(left, 50.0, 32.0, "50/32", BLACK, xytext=(7, 0), fontweight="bold")
     figure.colorbar(filled, ax=left, label="first switch, d")
     left.set(
         title="(a) first switch over both friction angles",

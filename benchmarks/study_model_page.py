@@ -103,8 +103,10 @@ def direction_rules(tables: Tables) -> dict[str, object]:
         line = rule_of(tables, rule, "50/32")
         values |= {f"{short}_beta": line["beta_0_deg"], f"{short}_reach": line["reach_0_d"]}
         values |= {f"{short}_u": line["switch_1_d"], f"{short}_P": line["peak_1_P0"]}
+        values |= {f"{short}_mean": line["mean_P_P0"], f"{short}_first": line["first_P_P0"]}
         values[f"{short}_u36"] = rule_of(tables, rule, "36/32")["switch_1_d"]
-    return values
+    shares = [rule_of(tables, rule, "50/32")["switch_1_d"] for rule in ("least_softened", "least_force")]
+    return {**values, "soft_share": 100.0 * shares[0] / shares[1]}
 
 
 def physical(tables: Tables) -> dict[str, object]:
