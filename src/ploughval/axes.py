@@ -97,6 +97,19 @@ BAND_COLUMNS = (
     "outcrop_std_mm",
     "slip_mm",
 )
+INCREMENT_COLUMNS = (
+    "frame",
+    "u_mm",
+    "du_mm",
+    "beta_deg",
+    "beta_std_deg",
+    "outcrop_x_mm",
+    "outcrop_std_mm",
+    "slip_mm",
+    "band",
+)
+BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
+BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 MODEL_FORCE_COLUMNS = ("u_mm", "force_N", "beta_deg", "outcrop_x_mm", "band")
 
 

@@ -7,10 +7,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from ploughval.axes import BUDGET_COLUMNS
+
 Floats = NDArray[np.float64]
 _NORMAL_95 = 1.959964
 _SHARE_EXPONENT = 1.75
-BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,23 +11,19 @@ import pandas as pd
 import xarray as xr
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from ploughval.axes import BAND_COLUMNS, FORCE_COLUMNS, LAYER_COLUMNS, MODEL_FORCE_COLUMNS, SURFACE_COLUMNS
+from ploughval.axes import (
+    BAND_COLUMNS,
+    BLADE_COLUMNS,
+    BUDGET_COLUMNS,
+    FORCE_COLUMNS,
+    INCREMENT_COLUMNS,
+    LAYER_COLUMNS,
+    MODEL_FORCE_COLUMNS,
+    SURFACE_COLUMNS,
+)
 from ploughval.errors import DataError
 
-INCREMENT_COLUMNS = (
-    "frame",
-    "u_mm",
-    "du_mm",
-    "beta_deg",
-    "beta_std_deg",
-    "outcrop_x_mm",
-    "outcrop_std_mm",
-    "slip_mm",
-    "band",
-)
-BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
-BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
 PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")
 TRACK_VARIABLES = ("x0_mm", "y0_mm", "x_mm", "y_mm", "std_mm", "zncc", "status", "time_s", "u_mm")
 

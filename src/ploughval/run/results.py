@@ -15,21 +15,9 @@ from ploughval.model import History
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.store import write_aside, write_csv, write_json
-from ploughval.run.tables import BLADE_COLUMNS, blade_table
+from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
 
-INCREMENT_COLUMNS = (
-    "frame",
-    "u_mm",
-    "du_mm",
-    "beta_deg",
-    "beta_std_deg",
-    "outcrop_x_mm",
-    "outcrop_std_mm",
-    "slip_mm",
-    "band",
-)
-BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 MODEL_FILES = ("force", "bands", "layers", "surface")
 MODEL_STAGES = 31  # displacements at which layers and surface are written where no photographs ask for them
 
@@ -113,17 +101,17 @@ class _Writer:
 def _write_measured(writer: _Writer, found: Findings) -> None:
     if found.force is not None:
         writer.csv("force.csv", found.force.record, axes.FORCE_COLUMNS)
-        writer.csv("budget.csv", found.force.budget, BUDGET_COLUMNS)
+        writer.csv("budget.csv", found.force.budget, axes.BUDGET_COLUMNS)
     if found.tracks is not None:
         writer.netcdf("tracks.nc", found.tracks)
     writer.csv("layers.csv", found.layers, axes.LAYER_COLUMNS)
     writer.csv("surface.csv", found.surface, axes.SURFACE_COLUMNS)
     if found.bands is not None:
         writer.csv("bands.csv", found.bands.bands, axes.BAND_COLUMNS)
-        writer.csv("increments.csv", found.bands.increments, INCREMENT_COLUMNS)
+        writer.csv("increments.csv", found.bands.increments, axes.INCREMENT_COLUMNS)
     if found.window is not None and found.frames is not None:
         table = blade_table(found.window, found.frames.time_s, found.frame_displacement_mm())
-        writer.csv("blade.csv", table, BLADE_COLUMNS)
+        writer.csv("blade.csv", table, axes.BLADE_COLUMNS)
 
 
 def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:

@@ -7,14 +7,13 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from ploughval.axes import LAYER_COLUMNS, SURFACE_COLUMNS, Status, unit_of
+from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Status, unit_of
 from ploughval.photos import Calibration
 from ploughval.run.window import WindowRecord
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]
 
-BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
 LONG_NAMES = {
     "x0_mm": "initial position along the travel",
     "y0_mm": "initial height above the tip",

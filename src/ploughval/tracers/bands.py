@@ -6,23 +6,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ploughval.axes import BAND_COLUMNS, Status
+from ploughval.axes import BAND_COLUMNS, INCREMENT_COLUMNS, Status
 from ploughval.scene import Scene
 from ploughval.tracers.episodes import Episode, divide
 from ploughval.tracers.line import BandLine, fit_line
 from ploughval.tracers.view import Floats
 
-INCREMENT_COLUMNS = (
-    "frame",
-    "u_mm",
-    "du_mm",
-    "beta_deg",
-    "beta_std_deg",
-    "outcrop_x_mm",
-    "outcrop_std_mm",
-    "slip_mm",
-    "band",
-)
 NO_BAND = -1
 _BETWEEN = 0.25  # of the angle between two lines: sand nearer to either may have moved with both
 _LEAST_BETWEEN = 4  # points between two lines that place a switch
