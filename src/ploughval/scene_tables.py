@@ -54,6 +54,9 @@ class Blade(Table):
     width_mm: Positive = Field(description="width out of plane, mm; force_N is for this width")
     thickness_mm: Positive = Field(5.0, description="thickness in the direction of travel, mm")
     speed_mm_s: Positive | None = Field(None, description="speed of travel, mm/s")
+    inclination_deg: Annotated[Finite, Field(ge=-60, le=60)] = Field(
+        0.0, description="of the face to the vertical, degrees; positive: its top leans ahead, over the sand"
+    )
 
 
 class Box(Table):
@@ -73,6 +76,7 @@ class Soil(Table):
         0.0, description="blade-sand friction angle, degrees"
     )
     repose_deg: Angle | None = Field(None, description="slope at which the surface avalanches, degrees")
+    surcharge_kPa: NotNegative = Field(0.0, description="load on the surface, kPa of horizontal area")
     unit_weight_std_kN_m3: NotNegative = Field(0.0, description="standard uncertainty, kN/m3")
     peak_friction_std_deg: NotNegative = Field(0.0, description="standard uncertainty, degrees")
     residual_friction_std_deg: NotNegative = Field(0.0, description="standard uncertainty, degrees")

@@ -243,8 +243,7 @@ def simulate(
     return History(
         force=_force_table(fine, force_N),
         force_std_N=scale * max(error, march_error(coarse, fine)),
-        P0_N=scene.blade.width_mm
-        * initial_force(depth, 1e-6 * soil.unit_weight_kN_m3, soil.peak_friction_deg, soil.wall_friction_deg),
+        P0_N=_level_force(scene, soil),
         bands=_band_table(fine, coarse),
         increments=Increments(fine, force_N),
         end_reason=reasons.get(End(fine.end), "no shear band is possible any more"),
@@ -278,11 +277,16 @@ def soil_law(soil: Soil, outcrop: str, *, direction: str = "least_force") -> Law
     peak, residual = math.radians(soil.peak_friction_deg), math.radians(soil.residual_friction_deg)
     wall, repose = math.radians(soil.wall_friction_deg), math.radians(soil.slope_of_repose_deg)
     rides, softened = float(outcrop == "riding"), float(direction == "least_softened")
-    return Law(peak, residual, soil.mobilization_length_mm, wall, repose, rides, softened)
+    load = 1e3 * soil.surcharge_kPa / soil.unit_weight_kN_m3
+    return Law(peak, residual, soil.mobilization_length_mm, wall, repose, rides, softened, load)
 
 
 def scene_law(scene: Scene, soil: Soil) -> Law:
-    """A soil under the rules of a scene's [model]."""
+    """A soil under the rules of a scene's [model]; refuses what the march cannot do."""
+    if scene.blade.inclination_deg != 0.0:
+        value, remedy = f"{scene.blade.inclination_deg:g}", "ploughval.model.incipient gives its first band."
+        fault = Fault("blade.inclination_deg", value, "0: the model pushes vertical blades only", remedy)
+        raise ConfigError(scene.source, [fault])
     return soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
 
 
@@ -360,6 +364,13 @@ def march_error(coarse: March, fine: March) -> float:
         return 0.0
     square = (np.interp(b[:, 0], a[:, 0], a[:, 2]) - b[:, 2]) ** 2
     return float(np.sqrt(np.trapezoid(square, b[:, 0]) / b[-1, 0]))
+
+
+def _level_force(scene: Scene, soil: Soil) -> float:
+    """First force in level sand, N for the blade's width."""
+    angles = soil.peak_friction_deg, soil.wall_friction_deg
+    weight, surcharge = 1e-6 * soil.unit_weight_kN_m3, 1e-3 * soil.surcharge_kPa
+    return scene.blade.width_mm * initial_force(scene.blade.depth_mm, weight, *angles, surcharge=surcharge)
 
 
 def _starts(marched: March) -> NDArray[np.int64]:

@@ -29,7 +29,7 @@ class End(IntEnum):
 
 
 class Law(NamedTuple):
-    """What the kernel must know: angles in radians, lengths in mm; all floats, the last two 0 or 1."""
+    """What the kernel must know: angles in radians, lengths in mm; ``rides``, ``softened`` are 0 or 1."""
 
     peak: float
     residual: float
@@ -38,6 +38,7 @@ class Law(NamedTuple):
     repose: float
     rides: float
     softened: float = 0.0  # 1: a fresh band leaves in the direction that is cheapest once it has softened
+    load: float = 0.0  # surcharge / unit weight
 
 
 class Trial(NamedTuple):
@@ -61,9 +62,18 @@ class March(NamedTuple):
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def band_force(x: Floats, y: Floats, n: int, outcrop: float, tan_phi: float, tan_wall: float) -> float:
-    """P / unit weight of the band from the tip at x[0] to a place on the surface."""
-    reach = outcrop - x[0]
+def band_force(
+    x: Floats,
+    y: Floats,
+    n: int,
+    outcrop: float,
+    tan_phi: float,
+    tan_wall: float,
+    load: float = 0.0,
+    lean: float = 0.0,
+) -> float:
+    """P / unit weight of the band from the tip at x[0] - lean to a place; see ``cheapest_band``."""
+    reach = outcrop - (x[0] - lean)
     if reach <= 0.0:
         return math.inf
     area = 0.0
@@ -73,7 +83,8 @@ def band_force(x: Floats, y: Floats, n: int, outcrop: float, tan_phi: float, tan
         area += 0.5 * (y[i] + y[i + 1]) * (x[i + 1] - x[i])
         i += 1
     area += 0.5 * (y[i] + top) * (outcrop - x[i]) - 0.5 * reach * top
-    force: float = area * force_factor(top / reach, tan_phi, tan_wall)
+    weight = area + 0.5 * lean * y[0] + load * (outcrop - x[0])
+    force: float = weight * force_factor(top / reach, tan_phi, tan_wall)
     return force
 
 
@@ -95,16 +106,16 @@ def advance(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def fresh_band(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
+def fresh_band(x: Floats, y: Floats, n: int, law: Law, lean: float = 0.0) -> tuple[float, float]:
     """P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
     x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
     tan_peak, tan_wall = math.tan(law.peak), math.tan(law.wall)
     if law.softened > 0.0 and law.peak > law.residual:
-        force, place = cheapest_band(x, y, n + 1, math.tan(law.residual), tan_wall)
+        force, place = cheapest_band(x, y, n + 1, math.tan(law.residual), tan_wall, law.load, lean)
         if math.isfinite(force):
-            force = band_force(x, y, n + 1, place, tan_peak, tan_wall)
+            force = band_force(x, y, n + 1, place, tan_peak, tan_wall, law.load, lean)
     else:
-        force, place = cheapest_band(x, y, n + 1, tan_peak, tan_wall)
+        force, place = cheapest_band(x, y, n + 1, tan_peak, tan_wall, law.load, lean)
     return force, place
 
 
@@ -137,7 +148,7 @@ def try_increment(
     rest, sheared = advance(now, n, outcrop, du, math.tan(law.repose), crowd, work, to)
     at, slip = outcrop + du * law.rides, slip + du * stretch
     tan_phi = tan_mobilised(slip, law.peak, law.residual, law.mobilization)
-    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall))
+    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall), law.load)
     fresh, place = fresh_band(to[0], to[1], rest, law)
     return rest, sheared, Trial(du, at, slip, force, fresh, place)
 

@@ -49,18 +49,49 @@ def band_reaction(force: ArrayLike, weight: ArrayLike, wall_deg: ArrayLike = 0.0
     return np.stack(np.broadcast_arrays(-force * np.cos(wall), weight + force * np.sin(wall)), axis=-1)
 
 
-def initial_force(depth_mm: float, unit_weight: float, phi_deg: float, wall_deg: float = 0.0) -> float:
-    """Least force on a vertical blade in level sand: Rankine's, or Coulomb's with wall friction.
+def initial_force(
+    depth_mm: float,
+    unit_weight: float,
+    phi_deg: float,
+    wall_deg: float = 0.0,
+    *,
+    inclination_deg: float = 0.0,
+    slope_deg: float = 0.0,
+    surcharge: float = 0.0,
+) -> float:
+    """Least force on a blade in even sand: Coulomb's passive force (1776), or Rankine's.
 
-    ``unit_weight`` in N/mm3, result in N per mm of width; Coulomb (1776), passive, vertical wall.
+    Parameters
+    ----------
+    depth_mm : float, mm
+        Height of the sand at the blade's face above the tip.
+    unit_weight : float, N/mm3
+        Of the sand.
+    phi_deg, wall_deg : float, degrees
+        Friction in the sand and on the blade.
+    inclination_deg : float, degrees
+        Of the face to the vertical; positive: its top leans ahead, over the sand.
+    slope_deg : float, degrees
+        Of the surface; positive: rising ahead of the blade.
+    surcharge : float, N/mm2
+        Load on the surface, for horizontal area.
+
+    Returns
+    -------
+    float
+        N per mm of width, Eqs 4 and 17 of docs/theory-model.md; infinite where every band locks.
 
     >>> round(initial_force(30.0, 16e-6, 50.0) * 1000.0, 3)
     54.35
     """
-    phi, wall = math.radians(phi_deg), math.radians(wall_deg)
-    root = math.sqrt(math.sin(phi + wall) * math.sin(phi) / math.cos(wall))
-    coefficient = math.cos(phi) ** 2 / (math.cos(wall) * (1.0 - root) ** 2)
-    return 0.5 * unit_weight * depth_mm**2 * coefficient
+    phi, wall, lean, slope = map(math.radians, (phi_deg, wall_deg, inclination_deg, slope_deg))
+    if phi + wall + lean + slope >= 0.5 * math.pi:
+        return math.inf
+    inclined = math.cos(wall + lean)
+    root = math.sqrt(math.sin(phi + wall) * math.sin(phi + slope) / (inclined * math.cos(lean + slope)))
+    coefficient = (math.cos(phi - lean) / math.cos(lean)) ** 2 / (inclined * (1.0 - root) ** 2)
+    load = surcharge * depth_mm / (1.0 - math.tan(slope) * math.tan(lean))
+    return (0.5 * unit_weight * depth_mm**2 + load) * coefficient
 
 
 def block_areas(surface: ArrayLike, tip_x: float) -> Floats:
@@ -96,14 +127,17 @@ def _stationary(area: float, gain: float, top0: float, top1: float, low0: float,
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def cheapest_band(x: Floats, y: Floats, n: int, tan_phi: float, tan_wall: float) -> tuple[float, float]:
+def cheapest_band(
+    x: Floats, y: Floats, n: int, tan_phi: float, tan_wall: float, load: float = 0.0, lean: float = 0.0
+) -> tuple[float, float]:
     """Least P / unit weight over all outcrops on the surface, and the outcrop's x; exact on every segment.
 
-    With the tip at x[0], area, numerator and denominator of Eq. 1 are linear in the place along a segment, so
-    that P = a/z + b + c z there (docs/theory-model.md, Eq. 6): its least value has a closed form. Only
-    outcrops that the tip sees under the surface are candidates.
+    With the tip at x[0] - ``lean``, area, numerator and denominator of Eq. 1 are linear in the place along
+    a segment, so that P = a/z + b + c z there (docs/theory-model.md, Eq. 6): its least value has a closed
+    form. Only outcrops that the tip sees under the surface are candidates. ``load``: surcharge / unit
+    weight, mm; ``tan_wall``: of wall friction plus inclination (Eq. 16).
     """
-    tip = x[0]
+    tip = x[0] - lean
     scale = math.sqrt(1.0 + tan_wall * tan_wall)
     keep, lose = 1.0 - tan_phi * tan_wall, tan_phi + tan_wall
     best, place = math.inf, x[n - 1]
@@ -122,14 +156,16 @@ def cheapest_band(x: Floats, y: Floats, n: int, tan_phi: float, tan_wall: float)
                 start = -low0 / low1 * (1.0 + 1e-12) if low1 > 0.0 else width
             if x0 > 0.0 and y0 > seen * x0:
                 start = max(start, (y0 - seen * x0) / (seen - slope)) if seen > slope else width
+            start = max(start, -x0)  # a blade that leans back has sand behind its tip
             if slope < 0.0:
                 stop = min(stop, -y0 / slope)  # below the tip no band can end
             if start < stop:
-                here = _stationary(area, gain, top0, top1, low0, low1)
+                weight, more = area + load * (x[i] - x[0]), gain + load
+                here = _stationary(weight, more, top0, top1, low0, low1)
                 for at in (start, min(max(here, start), stop), stop):
                     low = low0 + low1 * at
                     if low > 0.0:
-                        force = (area + gain * at) * (top0 + top1 * at) * scale / low
+                        force = (weight + more * at) * (top0 + top1 * at) * scale / low
                         if force < best:
                             best, place = force, x[i] + at
         area += gain * width
