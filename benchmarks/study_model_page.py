@@ -195,6 +195,7 @@ def virtual_run(tables: Tables) -> dict[str, object]:
         row = table.loc[line]
         values |= {f"{name}_first": row["first_peak_K"], f"{name}_switch": row["switch_K"]}
         values |= {f"{name}_u": row["switch_u_mm"], f"{name}_mean": row["mean_K"]}
+        values[f"{name}_trough"] = row["trough_u_mm"]
         values |= {f"{name}_beta{k}": row[f"beta_{k}_deg"] for k in (0, 1)}
     run, paper = table.loc[short["mp"]], table.loc[short["lf"]]
 
@@ -218,7 +219,6 @@ def virtual_run(tables: Tables) -> dict[str, object]:
         "fr_std": slipping["friction_deg"].std(),
         "fr_first": event["first peak"],
         "fr_second": event["second peak"],
-        "turned": nearest(slipping, "u_mm", 10.0)["beta_deg"],
         "settled": second["u_mm"].min(),
         "inertia": speed["steady_inertia_K"],
         "low_excess": excess[0],
