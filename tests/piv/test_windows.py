@@ -118,11 +118,12 @@ def test_every_window_holds_its_point_with_a_margin():
     assert not shifts[sides == 13][0].any()
 
 
-def test_rank_is_the_correlation_of_the_window_at_whole_pixels(sand):
+@pytest.mark.parametrize("subset", [31, 61])
+def test_rank_is_the_correlation_of_the_window_at_whole_pixels(sand, subset):
     reference, current = sand.picture(), sand.picture((3.0, -2.0), noise=4, seed=2)
     point, moved = np.array([[120.0, 100.0]]), np.array([[[3.0, -2.0], [np.nan, np.nan]]])
-    ranks = rank_windows(Greys(reference, current), point, moved, 31)
-    sides, shifts = shapes_of(31)
+    ranks = rank_windows(Greys(reference, current), point, moved, subset)
+    sides, shifts = shapes_of(subset)
     for number, (side, (x, y)) in enumerate(zip(sides, shifts, strict=True)):
         rows = slice(100 + y - side // 2, 100 + y + side // 2 + 1)
         columns = slice(120 + x - side // 2, 120 + x + side // 2 + 1)

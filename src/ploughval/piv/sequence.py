@@ -1,14 +1,12 @@
 """Material points tracked through a series; the reference is renewed only where correlation demands it."""
 
-from dataclasses import dataclass
-
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.axes import Status
 from ploughval.errors import CorrelationError
 from ploughval.piv.correlate import check_images, check_points, make_recipe
+from ploughval.piv.endings import name_failures
 from ploughval.piv.guess import Greys, flow_at, to_8bit
 from ploughval.piv.interpolate import spline_coefficients
 from ploughval.piv.precision import predict_std, suited_recipe
@@ -21,7 +19,7 @@ from ploughval.piv.split import (
     noise_level,
     suspects,
 )
-from ploughval.piv.state import Picture, Reference, State
+from ploughval.piv.state import FramePoints, Picture, Reference, State
 from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
 from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
 from ploughval.piv.windows import WHOLE, Level, match_windows, rank_windows, shapes_of, torn_between
@@ -33,32 +31,10 @@ RETRIES = 3
 """Frames in which a point that failed is tried again before it is given up."""
 REFERENCES = 3
 """Pictures held as references."""
-SURFACE = 1.5
-"""Sand that decorrelates within so many subsets of the surface or the blade has avalanched."""
 ROUNDS = 2
 """Times that windows are tried, from ever nearer neighbours."""
 WHOLE_PX = 0.15
 """Where no window beside a band will do, a whole subset of this mismatch is refused, px."""
-BORDER_PX = 3
-"""A point may stand this far outside the sand that was found."""
-
-
-@dataclass(frozen=True, slots=True)
-class FramePoints:
-    """Tracked points in one frame.
-
-    Attributes
-    ----------
-    position_px : (N, 2) float, px, NaN where not measured
-    std_px : (N,) float, px, standard deviation of a coordinate, with what the renewed references gathered
-    zncc : (N,) float, NaN where nothing was correlated
-    status : (N,) int8, :class:`ploughval.axes.Status`
-    """
-
-    position_px: Floats
-    std_px: Floats
-    zncc: Floats
-    status: NDArray[np.int8]
 
 
 class Tracker:
@@ -149,7 +125,8 @@ class Tracker:
             self._measure(fit, current, alive, Greys(state.grey, current.grey))
             std[alive] = self._std(fit, alive)
         position = self._positions(fit)
-        self._name_failures(fit, position, sand, alive)
+        presumed = np.where((fit.status == Status.OK)[:, None], position, state.position + state.motion)
+        name_failures(fit, presumed, current.sand, alive, self._recipe.subset)
         self._settle(fit, position, std, alive, current)
         state.grey = current.grey
         bad = fit.status != Status.OK
@@ -170,6 +147,10 @@ class Tracker:
         """Keep a picture of this frame as a reference."""
         self._held[self._frame] = Reference(self._frame, picture, position.copy(), std.copy())
 
+    def _pair(self, held: Reference, current: Picture) -> Pair:
+        before = held.picture
+        return Pair(before.coefficients, current.coefficients, before.sand, self._recipe, self._workers)
+
     def _measure(self, fit: Fit, current: Picture, alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
@@ -177,13 +158,7 @@ class Tracker:
         flow[alive] = flow_at(greys, state.position[alive])
         if not self._suited:
             first = self._held[0]
-            pair = Pair(
-                first.picture.coefficients,
-                current.coefficients,
-                first.picture.sand,
-                self._recipe,
-                self._workers,
-            )
+            pair = self._pair(first, current)
             self._recipe = suited_recipe(pair, state.position[alive], flow[alive])
             self._suited = True
         whole = alive[state.window[alive] == WHOLE]
@@ -198,7 +173,8 @@ class Tracker:
         self._narrow(fit, current, alive)
         step = self._positions(fit) - state.position
         step[fit.status != Status.OK] = np.nan
-        wrong = outliers(state.position, step)
+        # A point taken up again was presumed elsewhere; its window has its neighbours' motion anyway.
+        wrong = outliers(state.position, step) & ((state.failures == 0) | (state.window == WHOLE))
         fit.status[wrong] = Status.OUTLIER
 
     def _narrow(self, fit: Fit, current: Picture, alive: NDArray[np.intp]) -> None:
@@ -264,13 +240,7 @@ class Tracker:
                 continue
             part = index[some]
             travelled = (state.last[part] - held.position[part])[:, None]
-            pair = Pair(
-                held.picture.coefficients,
-                current.coefficients,
-                held.picture.sand,
-                self._recipe,
-                self._workers,
-            )
+            pair = self._pair(held, current)
             candidates = steps[some] + travelled
             if kept is None:
                 greys = Greys(held.picture.grey, current.grey)
@@ -312,13 +282,7 @@ class Tracker:
             start = state.params[part].copy()
             here = displacement_of(start, held.position[part], self._recipe)
             start[:, :, 0] += state.position[part] + moved[chosen] - held.position[part] - here
-            pair = Pair(
-                held.picture.coefficients,
-                current.coefficients,
-                held.picture.sand,
-                self._recipe,
-                self._workers,
-            )
+            pair = self._pair(held, current)
             new = match(pair, held.position[part], start)
             better = (fit.status[part] != Status.OK) & (
                 (new.status == Status.OK) | (fit.status[part] == Status.LOST)
@@ -348,29 +312,6 @@ class Tracker:
         base = np.array([self._held[f].std[n] for f, n in zip(state.reference[alive], alive, strict=True)])
         own = predict_std(fit.take(alive), self._recipe, self._settings.noise_grey)
         return np.asarray(np.sqrt(np.mean(own**2, axis=1) + base**2))
-
-    def _name_failures(
-        self, fit: Fit, position: Floats, sand: NDArray[np.bool_], alive: NDArray[np.intp]
-    ) -> None:
-        """Say why points ended: out of the picture, outside the sand, avalanched."""
-        state = self._started()
-        height, width = sand.shape
-        ok = fit.status == Status.OK
-        guess = np.where(ok[:, None], position, state.position + state.motion)
-        pixel = np.floor(np.nan_to_num(guess, nan=-1.0) + 0.5).astype(int)
-        outside = ((pixel < 0) | (pixel >= [width, height])).any(axis=1)
-        pixel = np.clip(pixel, 0, [width - 1, height - 1])
-        living = np.zeros(len(ok), bool)
-        living[alive] = True
-        fit.status[living & (outside | (fit.status == Status.EDGE))] = Status.OUT_OF_PICTURE
-        kernel = np.ones((2 * BORDER_PX + 1,) * 2, np.uint8)
-        wide = cv2.dilate(np.ascontiguousarray(sand, np.uint8), kernel)
-        fit.status[living & ~outside & ok & (wide[pixel[:, 1], pixel[:, 0]] == 0)] = Status.MASKED
-        depth = cv2.distanceTransform(np.ascontiguousarray(sand, np.uint8), cv2.DIST_L2, 3)
-        shallow = depth[pixel[:, 1], pixel[:, 0]] < SURFACE * self._recipe.subset
-        torn = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.SHEARED)
-        decorrelated = np.isin(fit.status, torn)
-        fit.status[living & decorrelated & shallow & ~sand.all()] = Status.AVALANCHED
 
     def _settle(
         self,

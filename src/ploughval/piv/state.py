@@ -9,6 +9,24 @@ from ploughval.piv.subsets import Floats
 
 
 @dataclass(frozen=True, slots=True)
+class FramePoints:
+    """Tracked points in one frame.
+
+    Attributes
+    ----------
+    position_px : (N, 2) float, px, NaN where not measured
+    std_px : (N,) float, px, standard deviation of a coordinate, with what the renewed references gathered
+    zncc : (N,) float, NaN where nothing was correlated
+    status : (N,) int8, :class:`ploughval.axes.Status`
+    """
+
+    position_px: Floats
+    std_px: Floats
+    zncc: Floats
+    status: NDArray[np.int8]
+
+
+@dataclass(frozen=True, slots=True)
 class Picture:
     """A photograph: spline coefficients, 8 bit copy (H, W) and sand (H, W)."""
 

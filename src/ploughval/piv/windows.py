@@ -1,6 +1,7 @@
 """Shiftable windows: sand near a shear band is matched on small windows that move with it."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -71,26 +72,35 @@ def rank_windows(greys: Greys, points: Floats, candidates: Floats, subset: int) 
     axis = np.arange(-half, half + 1)
     ox, oy = (a.ravel() for a in np.meshgrid(axis, axis))
     inside = np.abs(np.stack([ox, oy], axis=1)[:, None] - shifts).max(axis=2) <= sides // 2
-    inside = inside.astype(float)
-    out = np.full((*candidates.shape[:2], len(sides)), -1.0)
-    who, which = np.nonzero(np.isfinite(candidates[:, :, 0]))
+    # Grey levels from -128 to 127: sums of their products over 31 x 31 pixels are exact in single precision.
+    kind = np.dtype(np.float32 if sides.max() <= 31 else np.float64)
+    inside = inside.astype(kind)
+    count = inside.sum(axis=0).astype(float)
     height, width = greys.reference.shape
     centres = centres_of(points)
-    row = np.clip(centres[:, 1:] + oy, 0, height - 1)
-    f_all = greys.reference[row, np.clip(centres[:, :1] + ox, 0, width - 1)].astype(float)
-    count = inside.sum(axis=0)
-    for start in range(0, who.size, 4096):
-        n, k = who[start : start + 4096], which[start : start + 4096]
-        place = (centres[n] + candidates[n, k]).astype(np.float32)
-        x = place[:, :1] + ox.astype(np.float32)
-        y = place[:, 1:] + oy.astype(np.float32)
-        f = f_all[n]
-        g = cv2.remap(greys.current, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
-        fs, gs = f @ inside, g @ inside
-        ff, gg, fg = (f * f) @ inside, (g * g) @ inside, (f * g) @ inside
-        spread = (ff - fs * fs / count) * (gg - gs * gs / count)
-        out[n, k] = (fg - fs * gs / count) / np.sqrt(np.maximum(spread, 1e-9))
+    row, column = np.clip(centres[:, 1:] + oy, 0, height - 1), np.clip(centres[:, :1] + ox, 0, width - 1)
+    before = greys.reference[row, column].astype(kind) - kind.type(128)
+    f_sum, f_square = _sums(before, inside), _sums(before * before, inside)
+    out = np.full((*candidates.shape[:2], len(sides)), -1.0)
+    who, which = np.nonzero(np.isfinite(candidates[:, :, 0]))
+    chunk = 32_000 // axis.size  # OpenCV's maps have fewer than 2^15 rows and columns
+    for start in range(0, who.size, chunk):
+        n, k = who[start : start + chunk], which[start : start + chunk]
+        place = centres[n] + candidates[n, k]
+        x = (place[:, :1] + ox).astype(np.float32).reshape(-1, axis.size)
+        y = (place[:, 1:] + oy).astype(np.float32).reshape(-1, axis.size)
+        there = cv2.remap(greys.current, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        after = there.reshape(n.size, -1).astype(kind) - kind.type(128)
+        g_sum, g_square = _sums(after, inside), _sums(after * after, inside)
+        product = _sums(before[n] * after, inside) - f_sum[n] * g_sum / count
+        spread = (f_square[n] - f_sum[n] ** 2 / count) * (g_square - g_sum**2 / count)
+        out[n, k] = product / np.sqrt(np.maximum(spread, 1e-9))
     return out
+
+
+def _sums(values: NDArray[Any], inside: NDArray[Any]) -> Floats:
+    """Sums (N, W) of values (N, pixels) over the pixels of every window."""
+    return np.asarray(values @ inside, np.float64)
 
 
 def match_windows(pair: Pair, points: Floats, candidates: Floats, ranks: Floats, level: Level) -> Found:
