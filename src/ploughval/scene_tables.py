@@ -291,7 +291,7 @@ class ModelTable(Table):
     displacement_mm: Positive | None = Field(
         None, description="blade travel; absent: the test's own, or 3 depths"
     )
-    tolerance: Annotated[Positive, Field(le=0.1)] = Field(
+    tolerance: Annotated[Positive, Field(ge=1e-6, le=0.1)] = Field(
         1e-3, description="relative numerical error aimed at"
     )
     outcrop: Literal["stationary", "riding"] = Field("stationary", description="rule for the band's outcrop")

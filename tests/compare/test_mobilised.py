@@ -67,6 +67,14 @@ def test_level_sand_returns_the_friction_that_made_the_force(wall):
     assert table["slip_mm"].iloc[-1] == pytest.approx(exact, rel=1e-3)
 
 
+def test_a_surcharge_weighs_on_the_block():
+    """2 kPa on 80 mm of level surface, 218 mm wide: 34.88 N beside the sand's own weight."""
+    curve, bands, surface, _ = level_case(41.0)
+    bare = mobilised_table(scene(), curve, bands, surface)["weight_N"].iloc[0]
+    loaded = mobilised_table(scene(surcharge_kPa=2.0), curve, bands, surface)["weight_N"].iloc[0]
+    assert loaded - bare == pytest.approx(2e-3 * 80.0 * 218.0, rel=1e-9)
+
+
 def test_uncertainty_of_the_force_reaches_the_angle():
     curve, bands, surface, _ = level_case(41.0, stds=0.05)
     table = mobilised_table(scene(), curve, bands, surface)

@@ -260,3 +260,15 @@ def test_scene_without_soil_is_refused():
         simulate(scene)
     with pytest.raises(ConfigError, match="displacement_mm"):
         simulate(scene_of(), displacement_mm=-1.0)
+
+
+@pytest.mark.parametrize("tolerance", [-1e-3, 0.0, 1e-12, 0.5, float("nan")])
+@pytest.mark.parametrize("run", [simulate, force_history])
+def test_a_tolerance_that_cannot_be_is_refused(run, tolerance):
+    with pytest.raises(ConfigError, match="tolerance"):
+        run(scene_of(), tolerance=tolerance)
+
+
+def test_a_travel_of_too_many_increments_is_refused_before_it_starts():
+    with pytest.raises(ConfigError, match="increments"):
+        force_history(scene_of(), displacement_mm=1e8)

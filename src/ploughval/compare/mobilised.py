@@ -126,7 +126,8 @@ def _block(scene: Scene, soil: Soil, line: Floats, u: float, outcrop_x: float) -
     beta = np.arctan2(heights[-1], outcrop_x - u)
     above = heights - (stations - u) * np.tan(beta)
     area = float(np.trapezoid(above, stations))
-    weight = soil.unit_weight_kN_m3 * 1e-6 * area * scene.blade.width_mm  # kN/m3 = 1e-6 N/mm3
+    load = soil.surcharge_kPa * 1e-3 * (outcrop_x - u)  # kPa = 1e-3 N/mm2, per horizontal area
+    weight = (soil.unit_weight_kN_m3 * 1e-6 * area + load) * scene.blade.width_mm  # kN/m3 = 1e-6 N/mm3
     return _Block(float(np.degrees(beta)), weight) if area > 0 and beta > 0 else None
 
 

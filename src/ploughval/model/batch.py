@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 
 from ploughval.errors import ConfigError, Fault, PloughvalError
-from ploughval.model.collapse import ForceHistory, force_history
+from ploughval.model.collapse import ForceHistory, force_history, tolerance_of
 from ploughval.scene import Scene
 
 
@@ -36,15 +36,13 @@ def simulate_many(
     Raises
     ------
     ConfigError
-        A tolerance or a number of threads that is not positive.
+        A tolerance that cannot be, or a number of threads that is not positive.
     """
-    faults = []
-    if tolerance is not None and not tolerance > 0.0:
-        faults.append(Fault("tolerance", repr(tolerance), "a positive number"))
     if workers < 1:
-        faults.append(Fault("workers", repr(workers), "at least 1"))
-    if faults:
-        raise ConfigError("simulate_many", faults)
+        raise ConfigError("simulate_many", [Fault("workers", repr(workers), "at least 1")])
+    scenes = tuple(scenes)
+    if scenes:
+        tolerance_of(scenes[0], tolerance)
 
     def run(scene: Scene) -> ForceHistory | PloughvalError:
         try:

@@ -26,6 +26,8 @@ STEP_PER_TOLERANCE = (
 )
 HALVINGS = 4
 DEFAULT_TRAVEL = 3.0  # depths
+LEAST_TOLERANCE = 1e-6  # below it rounding is no longer far away
+MOST_INCREMENTS = 2_000_000  # a minute and some gigabytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,15 +217,16 @@ def simulate(
     Raises
     ------
     ConfigError
-        The scene has no soil, or an initial surface that cannot be used.
+        The scene has no soil, or an initial surface that cannot be used; a travel or a tolerance that is
+        not positive or asks for too many increments.
     ConvergenceError
         No mechanism is possible at the start.
     """
     soil = soil_of(scene)
     law, travel = scene_law(scene, soil), travel_of(scene, displacement_mm)
-    aim, depth = tolerance or scene.model.tolerance, scene.blade.depth_mm
+    aim, depth = tolerance_of(scene, tolerance), scene.blade.depth_mm
     scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm
-    step = min(STEP_PER_TOLERANCE * aim, 0.25) * depth
+    step = increment_for(scene, travel, aim)
     coarse = run_march(scene, law, travel, 2.0 * step, store=False)
     for _ in range(HALVINGS):
         fine = run_march(scene, law, travel, step, store=False)
@@ -259,7 +262,7 @@ def force_history(
 ) -> ForceHistory:
     """Force of the model without surfaces, bands or error estimate; see :func:`simulate`."""
     soil, travel = soil_of(scene), travel_of(scene, displacement_mm)
-    step = min(STEP_PER_TOLERANCE * (tolerance or scene.model.tolerance), 0.25) * scene.blade.depth_mm
+    step = increment_for(scene, travel, tolerance_of(scene, tolerance))
     rows = run_march(scene, scene_law(scene, soil), travel, step, store=False).rows
     scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm
     return ForceHistory(rows[:, 0].copy(), scale * rows[:, 2], rows[:, 6].astype(np.int64))
@@ -298,6 +301,30 @@ def travel_of(scene: Scene, displacement_mm: float | None) -> float:
         fault = Fault("displacement_mm", repr(displacement_mm), "a positive number of mm")
         raise ConfigError(scene.source, [fault])
     return travel
+
+
+def tolerance_of(scene: Scene, tolerance: float | None) -> float:
+    """The relative error asked for, or the scene's."""
+    if tolerance is None:
+        return scene.model.tolerance
+    if not LEAST_TOLERANCE <= tolerance <= 0.1:
+        fault = Fault("tolerance", repr(tolerance), f"a number from {LEAST_TOLERANCE:g} to 0.1")
+        raise ConfigError(scene.source, [fault])
+    return float(tolerance)
+
+
+def increment_for(scene: Scene, travel: float, tolerance: float) -> float:
+    """The increment that meets a tolerance, mm; ConfigError where the travel would take too many of them."""
+    step = min(STEP_PER_TOLERANCE * tolerance, 0.25) * scene.blade.depth_mm
+    if travel / step > MOST_INCREMENTS:
+        fault = Fault(
+            "model.displacement_mm",
+            f"{travel:g} mm, {travel / step:.2g} increments at a tolerance of {tolerance:g}",
+            f"at most {MOST_INCREMENTS:.0e} increments",
+            "Ask for less travel or a coarser tolerance.",
+        )
+        raise ConfigError(scene.source, [fault])
+    return step
 
 
 def run_march(scene: Scene, law: Law, travel: float, step: float, *, store: bool) -> March:
