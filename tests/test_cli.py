@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+import tomllib
 
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -129,3 +131,16 @@ def test_init_writes_a_draft_once(tmp_path):
     assert "[blade]" in text
     assert run("init", tmp_path).exit_code == 2
     assert (tmp_path / "test.toml").read_text() == text
+
+
+def test_synth_makes_the_prediction_of_a_scene(model_only):
+    """P0 of 16 kN/m3, 30 mm, 50 degrees over 1 m is 54.350 N: the first force of the made record."""
+    out = model_only / "predicted"
+    result = run("synth", out, "--like", model_only, "--frames", 2, "--displacement", 2, "--no-photos")
+    assert result.exit_code == 0, result.output
+    force = pd.read_csv(out / "truth" / "force.csv")
+    assert force["force_N"].max() == pytest.approx(54.350, rel=0.05)  # rows at 50 Hz: softening has begun
+    made = tomllib.loads((out / "test.toml").read_text())
+    assert made["blade"]["width_mm"] == 1000.0
+    assert made["soil"]["peak_friction_deg"] == 50.0
+    assert made["tracers"]["layers_mm"] == [10.0, 20.0]

@@ -300,6 +300,7 @@ def report(
 @app.command()
 def synth(
     out: Annotated[Path, typer.Argument(help="Folder to make.")],
+    like: Annotated[Path | None, typer.Option(help="A test.toml whose prediction is made.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
     frames: Annotated[int | None, typer.Option(help="Number of photographs.")] = None,
     mm_per_px: Annotated[float | None, typer.Option(help="Scale, mm per px.")] = None,
@@ -321,10 +322,11 @@ def synth(
 ) -> None:
     """Make a whole test folder from a seed, with the exact truth beside it."""
     with _command() as talk:
-        from ploughval.synth import EXAMPLE, adapt, make_folder
+        from ploughval.scene import load_scene
+        from ploughval.synth import EXAMPLE, adapt, make_folder, options_like
 
         options = adapt(
-            EXAMPLE,
+            EXAMPLE if like is None else options_like(load_scene(like, files=False), EXAMPLE),
             soil={
                 "peak_friction_deg": peak,
                 "residual_friction_deg": residual,

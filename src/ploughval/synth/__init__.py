@@ -1,7 +1,7 @@
 """Sand images and whole test folders with exact truth, from a seed."""
 
 from ploughval.synth.folder import EXAMPLE, make_folder
-from ploughval.synth.options import SynthOptions, adapt
+from ploughval.synth.options import SynthOptions, adapt, options_like
 from ploughval.synth.sand import Grains, render_grains, sand_texture
 from ploughval.synth.truth import Truth, load_truth
 
@@ -13,6 +13,7 @@ __all__ = [
     "adapt",
     "load_truth",
     "make_folder",
+    "options_like",
     "render_grains",
     "sand_texture",
 ]

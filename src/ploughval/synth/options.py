@@ -222,3 +222,43 @@ def adapt(options: SynthOptions, *, soil: Mapping[str, float | None], **changes:
             "synth options", [Fault("direction", repr(given["direction"]), "right or left")]
         ) from None
     return replace(options, soil=told, **given)
+
+
+def options_like(scene: Scene, base: SynthOptions) -> SynthOptions:
+    """Options whose photographs and logs are those that the model predicts for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its blade, box, soil, layers, load cells, and the camera's scale and direction where it states them.
+    base : SynthOptions
+        Everything that a scene does not say: grains, noise, number of photographs.
+
+    Raises
+    ------
+    ConfigError
+        Without [soil], or for a scene that cannot be made.
+    """
+    if scene.soil is None:
+        raise ConfigError(
+            scene.source, [Fault("soil", "nothing", "a [soil] table", "The sand is made from it.")]
+        )
+    blade, camera, cells, tracers = scene.blade, scene.camera, scene.loadcells, scene.tracers
+    stated: dict[str, Any] = {
+        "name": scene.test.name,
+        "depth_mm": blade.depth_mm,
+        "width_mm": blade.width_mm,
+        "thickness_mm": blade.thickness_mm,
+        "speed_mm_s": blade.speed_mm_s,
+        "box_length_mm": scene.box.length_mm,
+        "displacement_mm": scene.model.displacement_mm,
+        "layers_mm": () if tracers is None else tracers.layers_mm,
+        "dyed": tracers is not None and bool(tracers.dyed_layers_mm),
+        "layer_thickness_mm": None if tracers is None else tracers.thickness_mm,
+        "mm_per_px": None if camera is None else camera.mm_per_px,
+        "direction": None if camera is None else camera.direction,
+        "spacing_mm": None if cells is None else cells.spacing_mm,
+        "lower_to_tip_mm": None if cells is None else cells.lower_to_tip_mm,
+    }
+    given = {name: value for name, value in stated.items() if value is not None}
+    return replace(base, soil=scene.soil, told_soil=None, **given)
