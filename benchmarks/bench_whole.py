@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from ploughval import process
-from ploughval.axes import Status
+from ploughval.axes import Direction, Status
 from ploughval.run.results import results_of
 from ploughval.scene import load_scene
 from ploughval.synth import EXAMPLE, Truth, load_truth, make_folder
@@ -50,8 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     else:
         with tempfile.TemporaryDirectory() as scratch:
             for seed in options.seeds:
-                for direction in ("right", "left"):
-                    name = f"seed {seed} {direction}"
+                for direction in Direction:
+                    name = f"seed {seed} {direction.value}"
                     tables[name] = _made(Path(scratch) / name, seed, direction)
     table = pd.DataFrame(
         {name: {f"{r.quantity} [{r.unit}]": r.value for r in rows} for name, rows in tables.items()}
@@ -61,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table.to_csv(options.out / "whole.csv", float_format="%.5g", index_label="quantity")
 
 
-def _made(folder: Path, seed: int, direction: str) -> list[Row]:
+def _made(folder: Path, seed: int, direction: Direction) -> list[Row]:
     make_folder(folder, replace(EXAMPLE, seed=seed, direction=direction))
     start = time.perf_counter()
     outcome = process(folder, workers=2)
