@@ -9,6 +9,7 @@ from ploughval.tracers.view import Floats
 
 _JUMP = 0.12  # of the outcrop's distance from the tip: the least jump of a new band
 _JUMP_STDS = 4.0
+_CREEP = 0.2  # of the blade's travel: an outcrop that moves ahead by less, or back, is taken to stay
 _MEMORY = 6  # increments from which the next outcrop is foreseen
 
 
@@ -131,7 +132,7 @@ def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
 
 
 def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
-    """Value at u = 0 of a line through (u, x), level unless its slope is significant; and its std."""
+    """Value at u = 0 of a line through (u, x), and its std; level unless the outcrop clearly creeps ahead."""
     weight = 1 / np.maximum(std, 1e-6) ** 2
     weight = np.minimum(weight, 4 * np.median(weight))
     off = np.abs(x - np.median(x))
@@ -145,6 +146,6 @@ def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
     fit = np.linalg.solve(normal, design.T @ (weight * x))
     spread = max(float(np.sum(weight * (x - design @ fit) ** 2)) / (len(x) - 2), 1e-12)
     fit_std = np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 1.0))
-    if abs(fit[1]) < 3 * fit_std[1]:
+    if fit[1] < max(3 * fit_std[1], _CREEP):
         return level, level_std
     return float(fit[0]), float(fit_std[0])
