@@ -225,6 +225,8 @@ def _outcome_row(talk: _Talk, folder: Path, result: Any, *, several: bool) -> tu
     code = DONE if result.complete else INCOMPLETE
     for fault in result.faults:
         talk.warn(f"{result.name}: {fault}")
+    for warning in result.warnings:
+        talk.warn(f"{result.name}: warning: {warning}")
     talk.say(f"{result.name}: {'done' if code == DONE else 'done, incomplete'} in {result.seconds:.1f} s")
     talk.say(f"report: {result.report}")
     return code, {
@@ -234,6 +236,7 @@ def _outcome_row(talk: _Talk, folder: Path, result: Any, *, several: bool) -> tu
         "results": str(result.results),
         "report": str(result.report),
         "faults": list(result.faults),
+        "warnings": list(result.warnings),
         "metrics": result.metrics,
         "seconds": round(result.seconds, 2),
     }
@@ -243,7 +246,7 @@ def _outcome_row(talk: _Talk, folder: Path, result: Any, *, several: bool) -> tu
 def simulate(
     test: Annotated[Path, typer.Argument(help="A test.toml, or a test folder.")],
     out: Annotated[
-        Path | None, typer.Option(help="Result folder; default: results/model beside test.toml.")
+        Path | None, typer.Option(help="Result folder; default: results/simulate beside test.toml.")
     ] = None,
     displacement: Annotated[float | None, typer.Option(help="Blade travel, mm.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="Relative numerical error aimed at.")] = None,
@@ -257,7 +260,7 @@ def simulate(
 
         scene = load_scene(test, files=False)
         history = run_model(scene, displacement_mm=displacement, tolerance=tolerance)
-        folder = out if out is not None else scene.folder / "results" / "model"
+        folder = out if out is not None else scene.folder / "results" / "simulate"
         write_model(scene, history, folder)
         end = history.force.iloc[-1]
         talk.summary = {

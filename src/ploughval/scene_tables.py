@@ -267,7 +267,9 @@ class Piv(Table):
     subset_px: Annotated[int, Field(ge=9, le=201, strict=True)] = Field(
         31, description="side of a subset, px (odd)"
     )
-    spacing_px: Positive | None = Field(None, description="distance of points, px; absent: from the subset")
+    spacing_px: Annotated[Positive, Field(ge=2, le=1000)] | None = Field(
+        None, description="distance of points, px; absent: from the subset"
+    )
     order: Literal[0, 1, 2] = Field(1, description="order of the shape function")
     spline: Literal[3, 5] = Field(5, description="order of the interpolating B-spline")
     zncc_min: Annotated[NotNegative, Field(le=1)] = Field(

@@ -109,11 +109,15 @@ def test_layers_of_the_truth_are_replayed_points(tmp_path):
     np.testing.assert_allclose(found, kept, atol=6e-4)  # written to 1 um
 
 
-def test_a_folder_that_is_not_empty_is_refused_unless_told(tmp_path):
+def test_a_folder_that_is_not_empty_is_refused_unless_told_and_made(tmp_path):
     (tmp_path / "note.txt").write_text("mine")
     with pytest.raises(ConfigError, match="not empty"):
         make_folder(tmp_path, SMALL)
-    make_folder(tmp_path, SMALL, overwrite=True)
+    with pytest.raises(ConfigError, match="not made by synth"):
+        make_folder(tmp_path, SMALL, overwrite=True)
+    (tmp_path / "note.txt").unlink()
+    make_folder(tmp_path, SMALL)
+    (tmp_path / "note.txt").write_text("mine")
     make_folder(tmp_path, replace(SMALL, frames=2), overwrite=True)
     assert [p.name for p in sorted((tmp_path / "photos").iterdir())] == ["0000.png", "0001.png"]
     assert (tmp_path / "note.txt").read_text() == "mine"

@@ -85,6 +85,8 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     camera = scene.camera
     if camera is None:
         raise ConfigError(scene.source, [Fault("camera", "no such table", "a [camera] table", "Add it.")])
+    if frames is not None and camera.tip_px is not None:
+        _check_tip(scene, camera.tip_px, frames.shape)
     if camera.control_points is not None:
         calibration = _by_points(camera)
     elif camera.board is not None:
@@ -93,6 +95,15 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
         return _by_scale(camera)
     _check_view(calibration, camera, frames.shape)
     return calibration
+
+
+def _check_tip(scene: Scene, tip_px: tuple[float, float], shape: tuple[int, int]) -> None:
+    """Refuse a tip that no photograph shows."""
+    height, width = shape
+    if not (-0.5 <= tip_px[0] <= width - 0.5 and -0.5 <= tip_px[1] <= height - 0.5):
+        expected = f"a place in the photograph of {width} x {height} px"
+        fault = Fault("camera.tip_px", repr(list(tip_px)), expected, "Read it off the first photograph.")
+        raise ConfigError(scene.source, [fault])
 
 
 def _by_scale(camera: Camera) -> Calibration:

@@ -47,10 +47,11 @@ def frame_displacement(
         else from the speed.
     """
     timed = bool(np.isfinite(time_s).any())
-    seen = bool(np.isfinite(blade_x_mm).any())
     if log is not None and timed and len(log) > 1:
-        return _from_log(scene, time_s, blade_x_mm, log)
-    if seen:
+        found = _from_log(scene, time_s, blade_x_mm, log)
+        if found is not None:
+            return found
+    if np.isfinite(blade_x_mm).any():
         start = blade_x_mm[np.isfinite(blade_x_mm)][0]
         return Displacement(blade_x_mm - start, "photographs", np.nan, np.nan, np.nan)
     if timed and scene.blade.speed_mm_s is not None:
@@ -59,7 +60,8 @@ def frame_displacement(
     return Displacement(np.full(len(time_s), np.nan), "unknown", np.nan, np.nan, np.nan)
 
 
-def _from_log(scene: Scene, time_s: Floats, blade_x_mm: Floats, log: pd.DataFrame) -> Displacement:
+def _from_log(scene: Scene, time_s: Floats, blade_x_mm: Floats, log: pd.DataFrame) -> Displacement | None:
+    """From the log, or None where the clocks cannot be brought together."""
     offset, offset_std = 0.0, 0.0
     given = scene.camera.clock_offset_s if scene.camera is not None else 0.0
     log_time, log_u = log["time_s"].to_numpy(float), log["u_mm"].to_numpy(float)
@@ -70,7 +72,7 @@ def _from_log(scene: Scene, time_s: Floats, blade_x_mm: Floats, log: pd.DataFram
     else:
         offset = float(given)
     if not np.isfinite(offset):
-        return Displacement(blade_x_mm - blade_x_mm[0], "photographs", np.nan, np.nan, np.nan)
+        return None
     u = _interpolate(time_s - offset, log_time, log_u)
     difference = blade_x_mm - u
     known = np.isfinite(difference)

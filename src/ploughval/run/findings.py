@@ -31,16 +31,12 @@ class Findings:
     bands: BandFindings | None = None
     history: History | None = None
     comparison: Comparison | None = None
+    lost_frames: dict[int, str] = field(default_factory=dict)  # frame -> reason
     faults: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     lost_steps: list[str] = field(default_factory=list)
     timings_s: dict[str, float] = field(default_factory=dict)
     input_digests: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def lost_frames(self) -> dict[int, str]:
-        """Frames that could not be read, with the reason."""
-        return {} if self.window is None else self.window.lost_frames
 
     @property
     def complete(self) -> bool:

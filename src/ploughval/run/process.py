@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval import axes
+from ploughval.axes import Status
 from ploughval.compare import Comparison, compare_test, metrics_mapping
 from ploughval.errors import PloughvalError
 from ploughval.loadcells import measure_force
@@ -18,12 +19,14 @@ from ploughval.photos import calibrate, open_frames
 from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
 from ploughval.run.findings import Findings
-from ploughval.run.results import write_results
+from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import Progress, WindowRecord, watch
 from ploughval.scene import Scene, Step, load_scene
 from ploughval.tracers import find_bands, layers_from_tracks
 
 Value = TypeVar("Value")
+LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
+DOUBT_PX, DOUBT_SHARE = 2.0, 0.02  # blade against log: beyond pixels and a share of the travel it is said
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,7 @@ class Outcome:
     results: Path
     complete: bool
     faults: tuple[str, ...]
+    warnings: tuple[str, ...]
     metrics: dict[str, Any]
     steps: tuple[str, ...]
     seconds: float
@@ -77,6 +81,9 @@ def process_folder(
     scene = load_scene(folder)
     results = Path(out) if out is not None else scene.folder / "results"
     run = _Run(scene, store.Store(results, fresh=fresh), workers, progress)
+    refuse_inputs(scene, results, run.found)
+    run.open()
+    forget(results)
     run.go()
     write_results(scene, run.found, results)
     comparison = run.found.comparison
@@ -85,6 +92,7 @@ def process_folder(
         results=results,
         complete=run.found.complete,
         faults=tuple(run.found.faults),
+        warnings=tuple(run.found.warnings),
         metrics={} if comparison is None else metrics_mapping(comparison),
         steps=tuple(step.value for step in scene.steps),
         seconds=time.perf_counter() - start,
@@ -98,10 +106,19 @@ class _Run:
         self.scene, self.kept, self.workers, self.progress = scene, kept, workers, progress
         self.found = Findings(input_digests=provenance.input_digests(scene))
 
+    def open(self) -> None:
+        """Open and calibrate the photographs: what is refused here leaves earlier results as they are."""
+        if Step.CALIBRATION in self.scene.steps:
+            start = time.perf_counter()
+            self.found.frames = open_frames(self.scene)
+            self.found.calibration = calibrate(self.scene, self.found.frames)
+            self._time(Step.CALIBRATION.value, start)
+
     def go(self) -> None:
         steps, found = self.scene.steps, self.found
         if Step.CALIBRATION in steps:
-            self._photographs()
+            found.window = self._attempt("photographs", self._photographs)
+            self._judge_photographs()
         if Step.FORCE in steps:
             found.force = self._attempt(Step.FORCE, lambda: measure_force(self.scene))
             found.warnings += [] if found.force is None else [f"force: {text}" for text in found.force.faults]
@@ -113,43 +130,62 @@ class _Run:
         if Step.COMPARE in steps and found.history is not None:
             found.comparison = self._attempt(Step.COMPARE, self._compare)
 
-    def _attempt(self, step: Step, action: Callable[[], Value]) -> Value | None:
+    def _attempt(self, step: str, action: Callable[[], Value]) -> Value | None:
         """Run a step; a fault that the user can cause costs this step alone, and is named."""
         start = time.perf_counter()
         try:
             return action()
         except PloughvalError as error:
-            self.found.faults.append(f"{step.value}: {error}")
-            self.found.lost_steps.append(step.value)
+            self._lose(step, str(error))
             return None
         finally:
-            self._time(step.value, start)
+            self._time(str(step), start)
+
+    def _lose(self, step: str, reason: str) -> None:
+        self.found.faults.append(f"{step}: {reason}")
+        self.found.lost_steps.append(str(step))
 
     def _time(self, stage: str, start: float) -> None:
         self.found.timings_s[stage] = time.perf_counter() - start
         if self.progress is not None:
             self.progress(stage, 1, 1)
 
-    def _photographs(self) -> None:
-        found = self.found
-        start = time.perf_counter()
-        found.frames = open_frames(self.scene)
-        found.calibration = calibrate(self.scene, found.frames)
-        self._time(Step.CALIBRATION.value, start)
-        start = time.perf_counter()
+    def _photographs(self) -> WindowRecord:
+        """The walk through the photographs, or what an earlier run kept of it."""
+        frames, calibration = self.found.frames, self.found.calibration
+        assert frames is not None
+        assert calibration is not None
         key = self._window_key()
         arrays = self.kept.load("window", key)
-        if arrays is None:
-            found.window = watch(
-                self.scene, found.frames, found.calibration, workers=self.workers, progress=self.progress
-            )
-            self.kept.save("window", key, found.window.to_arrays())
-        else:
-            found.window = WindowRecord.from_arrays(arrays)
-        self._time("photographs", start)
+        if arrays is not None:
+            return WindowRecord.from_arrays(arrays)
+        record = watch(self.scene, frames, calibration, workers=self.workers, progress=self.progress)
+        self.kept.save("window", key, record.to_arrays())
+        return record
+
+    def _judge_photographs(self) -> None:
+        """Name every frame and every part of the walk that gave nothing."""
+        found = self.found
+        assert found.frames is not None
         found.warnings += found.frames.notes
-        lost = sorted(found.window.lost_frames.items())
-        found.faults += [f"frame {frame}: {reason}" for frame, reason in lost]
+        window = found.window
+        if window is None:
+            return
+        found.lost_frames = dict(window.lost_frames)
+        if Step.TRACKS in self.scene.steps:
+            if len(window.points_px) == 0:
+                self._lose(Step.TRACKS, "no place for a point was found in the first photograph's sand")
+            else:
+                share = np.isin(window.status, (Status.OK, Status.REPLACED)).mean(axis=1)
+                for frame in np.flatnonzero(share < LEAST_FOLLOWED).tolist():
+                    found.lost_frames.setdefault(frame, "none of the points could be followed to it")
+        found.faults += [f"frame {frame}: {reason}" for frame, reason in sorted(found.lost_frames.items())]
+        unseen = [f for f in np.flatnonzero(np.isnan(window.blade[:, 0])) if f not in found.lost_frames]
+        if len(unseen) > len(found.frames) // 2:
+            what = f"the face was not found in {len(unseen)} of {len(found.frames)} photographs"
+            self._lose(Step.BLADE, f"{what}; check tip_px, direction, mm_per_px and the blade's size")
+        else:
+            found.warnings += [f"frame {f}: the blade's face was not found in the photograph" for f in unseen]
 
     def _window_key(self) -> str:
         """Key of all that the walk through the photographs depends on."""
@@ -164,14 +200,29 @@ class _Run:
         assert found.frames is not None
         time_s = found.frames.time_s
         found.displacement = frame_displacement(self.scene, time_s, window.blade[:, 0], found.force_record())
-        if found.displacement.source != "log":
-            found.warnings.append(f"blade displacement of the frames comes from: {found.displacement.source}")
-        unseen = [k for k in np.flatnonzero(np.isnan(window.blade[:, 0])) if k not in window.lost_frames]
-        found.warnings += [
-            f"frame {frame}: the blade's face was not found in the photograph" for frame in unseen
-        ]
+        source = found.displacement.source
+        if source != "log":
+            found.warnings.append(f"blade displacement of the frames comes from: {source}")
+        if self.scene.camera is not None and self.scene.camera.clock_offset_s == "auto" and source != "log":
+            found.warnings.append("the offset of the clocks could not be found: no motion that both saw")
+        outside = int(np.isnan(found.displacement.u_mm[np.isfinite(time_s)]).sum()) if source == "log" else 0
+        if outside:
+            found.warnings.append(f"{outside} photographs lie outside the log: their u_mm is empty")
+        self._doubt_displacement()
         if not np.isfinite(time_s).any():
             found.warnings.append("the times of the photographs are not known: time_s is empty")
+
+    def _doubt_displacement(self) -> None:
+        """Say so where photographs and log contradict each other."""
+        found = self.found
+        assert found.displacement is not None
+        assert found.calibration is not None
+        apart, travel = found.displacement.difference_rms_mm, found.travel_mm() or 0.0
+        if apart > max(DOUBT_PX * found.calibration.mm_per_px, DOUBT_SHARE * travel):
+            found.warnings.append(
+                f"the blade in the photographs and the log's displacement differ by {apart:.3g} mm rms: "
+                "check clock_offset_s, mm_per_px and direction"
+            )
 
     def _geometry(self, window: WindowRecord) -> None:
         found, steps, u_mm = self.found, self.scene.steps, self.found.frame_displacement_mm()
@@ -201,11 +252,14 @@ class _Run:
     def _compare(self) -> Comparison:
         found = self.found
         assert found.history is not None
+        placed = bool(
+            np.isfinite(found.frame_displacement_mm()).any()
+        )  # else no stage of the model is theirs
         return compare_test(
             self.scene,
             found.history,
             force=found.force_record(),
-            bands=found.band_table(),
-            layers=found.layers,
-            surface=found.surface,
+            bands=found.band_table() if placed else None,
+            layers=found.layers if placed else None,
+            surface=found.surface if placed else None,
         )

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ploughval import axes
 from ploughval.compare import metrics_mapping
-from ploughval.errors import DataError
+from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.model import History
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
@@ -57,8 +57,7 @@ def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
     DataError
         When the disk refuses.
     """
-    with suppress(OSError):
-        (folder / "run.json").unlink(missing_ok=True)
+    forget(folder)
     writer = _Writer(folder)
     _write_measured(writer, found)
     if found.history is not None:
@@ -68,6 +67,31 @@ def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
     writer.json("run.json", run_record(scene, found))
     _remove_stale(folder, writer.written)
     return writer.written
+
+
+def forget(folder: Path) -> None:
+    """Take back what says that a result folder is whole: its record and its page."""
+    for name in ("run.json", "report.html"):
+        with suppress(OSError):
+            (folder / name).unlink(missing_ok=True)
+
+
+def refuse_inputs(scene: Scene, folder: Path, found: Findings) -> None:
+    """Refuse a result folder in which a file of the test itself would be written over.
+
+    Raises
+    ------
+    ConfigError
+        Naming the files.
+    """
+    inputs = {(scene.folder / name).resolve() for name in found.input_digests}
+    taken = [name for name in FILES if (folder / name).resolve() in inputs]
+    if taken:
+        names = ", ".join(taken)
+        fault = Fault(
+            "--out", str(folder), f"a folder apart from the test's own {names}", "Choose another place."
+        )
+        raise ConfigError(scene.source, [fault])
 
 
 class _Writer:
@@ -156,7 +180,8 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
         for frame, u in zip(frames[reached], stages[reached], strict=True)
         for line in [history.surface(min(max(u, 0.0), end))]
     ]
-    write_csv(folder / "surface.csv", pd.concat(lines, ignore_index=True), axes.SURFACE_COLUMNS)
+    surface = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame(columns=axes.SURFACE_COLUMNS)
+    write_csv(folder / "surface.csv", surface, axes.SURFACE_COLUMNS)
 
 
 def results_of(folder: Path) -> Path:
@@ -199,9 +224,11 @@ def _ledger(found: Findings) -> list[dict[str, Any]]:
     if found.frames is None:
         return []
     u_mm = found.frame_displacement_mm()
+    u_mm = u_mm if len(u_mm) else np.full(len(found.frames), np.nan)
     rows = []
     for frame, path in enumerate(found.frames.paths):
-        reason = found.lost_frames.get(frame, "")
+        given_up = "" if found.window is not None else "the photographs were given up"
+        reason = found.lost_frames.get(frame, given_up)
         row = {"frame": frame, "file": path.name, "time_s": found.frames.time_s[frame], "u_mm": u_mm[frame]}
         rows.append({**row, "status": "lost" if reason else "ok", "reason": reason})
     return rows

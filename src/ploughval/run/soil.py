@@ -3,14 +3,13 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from ploughval.compare.curve import measured_curve
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import measure_force
 from ploughval.model.fit import SoilFit, fit_soil
 from ploughval.run.store import write_json
-from ploughval.scene import Scene, load_scene
+from ploughval.scene import load_scene
 
 
 def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[SoilFit, Path]:
@@ -19,7 +18,7 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
     Parameters
     ----------
     folder : path-like
-        Test folder; its force.csv is used where it has been processed, its log otherwise.
+        Test folder; its log is measured anew, so that no older result can speak for it.
     results : Path or None
         Result folder; None: ``results`` in the test folder.
 
@@ -42,7 +41,7 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
         missing = "[soil]" if scene.soil is None else "[loadcells]"
         raise ConfigError(scene.source, [Fault(missing, "nothing", "a table", "A fit needs force and soil.")])
     results = scene.folder / "results" if results is None else results
-    curve = measured_curve(_force_record(scene, results), scene.blade.depth_mm)
+    curve = measured_curve(measure_force(scene).record, scene.blade.depth_mm)
     if curve is None:
         raise DataError("holds no motion of the blade: a fit needs a force history", path=scene.loadcells.log)
     shared = float(np.median(curve.shared_std_N))
@@ -50,8 +49,3 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
     return fitted, path
-
-
-def _force_record(scene: Scene, results: Path) -> pd.DataFrame:
-    path = results / "force.csv"
-    return pd.read_csv(path) if path.is_file() else measure_force(scene).record

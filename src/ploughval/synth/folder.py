@@ -105,6 +105,14 @@ def _check_place(out: Path, overwrite: bool) -> None:
             "out", "a folder that is not empty", "a new or empty folder", "Empty it or choose another place."
         )
         raise ConfigError(out, [fault])
+    if out.is_dir() and any(out.iterdir()) and not (out / "truth" / "truth.json").is_file():
+        fault = Fault(
+            "out",
+            "a folder that was not made by synth",
+            "a new folder, an empty one or a made one",
+            "Choose another place: nothing of a real test is written over.",
+        )
+        raise ConfigError(out, [fault])
 
 
 def _check_travel(motion: Motion, options: SynthOptions) -> None:

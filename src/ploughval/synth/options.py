@@ -191,6 +191,8 @@ class SynthOptions:
 def adapt(options: SynthOptions, *, soil: Mapping[str, float | None], **changes: Any) -> SynthOptions:
     """Options with some values replaced; None leaves a value as it is.
 
+    Another depth moves the layers in proportion, unless they are given.
+
     Parameters
     ----------
     options : SynthOptions
@@ -221,6 +223,9 @@ def adapt(options: SynthOptions, *, soil: Mapping[str, float | None], **changes:
         raise ConfigError(
             "synth options", [Fault("direction", repr(given["direction"]), "right or left")]
         ) from None
+    if "depth_mm" in given and "layers_mm" not in given:
+        share = given["depth_mm"] / options.depth_mm
+        given["layers_mm"] = tuple(round(share * height, 6) for height in options.layers_mm)
     return replace(options, soil=told, **given)
 
 

@@ -54,7 +54,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     """
     pairs = _pairs(tracks)
     rows = [_increment(tracks, surface, scene, a, b) for a, b in pairs]
-    table = pd.DataFrame(rows, columns=[*INCREMENT_COLUMNS[:-1], "outcrop_y_mm"])
+    table = pd.DataFrame(rows, columns=[*INCREMENT_COLUMNS[:-1], "outcrop_y_mm"], dtype=np.float64)
     episodes = divide(table, least_slip_mm=scene.bands.min_slip_mm, depth_mm=scene.blade.depth_mm)
     band = np.full(len(table), NO_BAND)
     for number, episode in enumerate(episodes):
