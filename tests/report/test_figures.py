@@ -69,9 +69,11 @@ def test_band_bars_hold_outcrop_and_increments_with_two_standard_deviations(resu
     own = results.increments[results.increments["band"] == 1]
     middle = below.collections[0].get_paths()[0].vertices
     assert middle[:, 1].max() == pytest.approx(own["beta_deg"].max() + 2 * 0.5, abs=1e-9)
-    assert middle[:, 0].max() == own["u_mm"].max()
+    assert middle[:, 0].max() == (own["u_mm"] + own["du_mm"] / 2).max()
     points = above.containers[0].lines[0]
     np.testing.assert_allclose(points.get_ydata(orig=False), results.increments["outcrop_x_mm"])
+    half_way = results.increments["u_mm"] + results.increments["du_mm"] / 2
+    np.testing.assert_allclose(points.get_xdata(orig=False), half_way)
 
 
 def test_layers_figure_puts_prediction_above_measurement_on_the_same_axes(results):

@@ -23,12 +23,14 @@ def bands_figure(
     bands : DataFrame of BAND_COLUMNS or None
         Measured bands.
     increments : DataFrame or None
-        Columns u_mm, beta_deg, beta_std_deg, outcrop_x_mm, outcrop_std_mm.
+        INCREMENT_COLUMNS; beta and outcrop are those half-way through an increment, and are drawn there.
     model_bands : DataFrame of BAND_COLUMNS or None
         Predicted bands, drawn where ``model_force`` is not given.
     model_force : DataFrame of MODEL_FORCE_COLUMNS or None
         Carries the model's band at every displacement.
     """
+    if increments is not None:
+        increments = increments.assign(u_mm=increments["u_mm"] + increments["du_mm"] / 2)
     figure = new_figure(5.2)
     above, below = figure.subplots(2, 1, sharex=True)
     for axes, value, std in ((above, "outcrop_x_mm", "outcrop_std_mm"), (below, "beta_deg", "beta_std_deg")):
