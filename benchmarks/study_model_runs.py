@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ploughval.model import ForceHistory, History, force_history, simulate, simulate_many
-from ploughval.model.collapse import STEP_PER_TOLERANCE
 from ploughval.model.mechanism import block_areas, block_force
+from ploughval.model.settings import STEP_PER_TOLERANCE
 from ploughval.model.surface import avalanche, move_block
 from ploughval.scene import ModelTable, Scene
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ploughval.model import force_history, simulate
-from ploughval.model.collapse import STEP_PER_TOLERANCE
+from ploughval.model.settings import STEP_PER_TOLERANCE
 from ploughval.scene import Scene
 
 TRAVEL = 2.0  # depths

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 
 from ploughval.errors import ConfigError, Fault, PloughvalError
-from ploughval.model.collapse import ForceHistory, force_history, tolerance_of
+from ploughval.model.collapse import ForceHistory, force_history
+from ploughval.model.settings import tolerance_of
 from ploughval.scene import Scene
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.errors import ConfigError, ConvergenceError, DataError, Fault
-from ploughval.model.collapse import STEP_PER_TOLERANCE, run_march, scene_law, soil_of
+from ploughval.model.settings import STEP_PER_TOLERANCE, run_march, scene_law, soil_of
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]

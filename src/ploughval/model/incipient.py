@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import ConfigError, ConvergenceError, Fault
-from ploughval.model.collapse import initial_surface, soil_law, soil_of
 from ploughval.model.march import fresh_band
+from ploughval.model.settings import initial_surface, soil_law, soil_of
 from ploughval.model.surface import avalanche, height_at
 from ploughval.scene import Scene
 
