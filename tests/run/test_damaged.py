@@ -122,6 +122,22 @@ def test_a_refused_run_leaves_earlier_results_and_a_started_one_does_not_claim_t
     assert record(again)["settings"]["blade"]["depth_mm"] == 29.0
 
 
+def test_another_log_does_not_redo_the_photographs(folder):
+    first = process(folder)
+    before = record(first)["inputs"]
+    (kept,) = (first.results / ".store").glob("window-*.npz")
+    log = folder / "loadcells.csv"
+    log.write_text("\n".join(log.read_text().splitlines()[:-3]) + "\n")
+    again = process(folder)
+    assert list((again.results / ".store").glob("window-*.npz")) == [kept]
+    after = record(again)["inputs"]
+    assert [name for name in before if after[name] != before[name]] == ["loadcells.csv"]
+    photograph = photographs(folder)[-1]
+    shutil.copy(photographs(folder)[1], photograph)
+    changed = process(folder)
+    assert list((changed.results / ".store").glob("window-*.npz")) != [kept]
+
+
 def test_synth_does_not_write_over_a_real_test(folder):
     shutil.rmtree(folder / "truth")
     before = (folder / "test.toml").read_bytes()

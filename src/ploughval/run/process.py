@@ -190,9 +190,8 @@ class _Run:
     def _window_key(self) -> str:
         """Key of all that the walk through the photographs depends on."""
         settings = self.scene.model_dump_json(include={"blade", "camera", "tracers", "piv", "soil", "box"})
-        files = [
-            f"{name}={d}" for name, d in self.found.input_digests.items() if name != self.scene.source.name
-        ]
+        digests = self.found.input_digests
+        files = [f"{name}={digests[name]}" for name in provenance.window_files(self.scene)]
         return store.key_of(provenance.code_digest(), settings, *files)
 
     def _displacement(self, window: WindowRecord) -> None:
@@ -252,9 +251,8 @@ class _Run:
     def _compare(self) -> Comparison:
         found = self.found
         assert found.history is not None
-        placed = bool(
-            np.isfinite(found.frame_displacement_mm()).any()
-        )  # else no stage of the model is theirs
+        # frames without a displacement belong to no stage of the model
+        placed = bool(np.isfinite(found.frame_displacement_mm()).any())
         return compare_test(
             self.scene,
             found.history,

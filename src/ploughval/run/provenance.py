@@ -51,14 +51,24 @@ def file_digest(path: Path) -> str:
 
 def input_digests(scene: Scene) -> dict[str, str]:
     """SHA-256 of every file that the scene names, by its path relative to the test folder."""
-    patterns = [scene.source.name]
-    if scene.camera is not None:
-        patterns.append(scene.camera.photos)
-        if isinstance(scene.camera.times, str) and scene.camera.times != "exif":
-            patterns.append(scene.camera.times)
-        if scene.camera.board is not None:
-            patterns.append(scene.camera.board.picture)
-    if scene.loadcells is not None:
-        patterns += [scene.loadcells.log, *scene.loadcells.empty]
+    logs = [] if scene.loadcells is None else [scene.loadcells.log, *scene.loadcells.empty]
+    files = _files(scene, [scene.source.name, *_window_patterns(scene), *logs])
+    return {name: file_digest(scene.folder / name) for name in files}
+
+
+def window_files(scene: Scene) -> list[str]:
+    """The files that the walk through the photographs depends on, relative to the test folder."""
+    return _files(scene, _window_patterns(scene))
+
+
+def _window_patterns(scene: Scene) -> list[str]:
+    camera = scene.camera
+    if camera is None:
+        return []
+    times = [camera.times] if isinstance(camera.times, str) and camera.times != "exif" else []
+    return [camera.photos, *times, *([] if camera.board is None else [camera.board.picture])]
+
+
+def _files(scene: Scene, patterns: list[str]) -> list[str]:
     files = {path for pattern in patterns for path in scene.matches(pattern)}
-    return {path.relative_to(scene.folder).as_posix(): file_digest(path) for path in sorted(files)}
+    return [path.relative_to(scene.folder).as_posix() for path in sorted(files)]
