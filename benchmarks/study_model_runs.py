@@ -1,13 +1,12 @@
 """The runs of the model study: numerics, influences, rules, and a material-point run for comparison."""
 
 import math
-import time
-from collections.abc import Callable
 from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
 
+from bench_model import seconds
 from ploughval.model import ForceHistory, History, force_history, simulate, simulate_many
 from ploughval.model.mechanism import block_areas, block_force
 from ploughval.model.settings import STEP_PER_TOLERANCE
@@ -81,7 +80,7 @@ def increments() -> pd.DataFrame:
                     "sand": sand,
                     "increment_d": step_d,
                     "increments": len(found.u_mm) - 1,
-                    "time_ms": 1e3 * least_time(lambda h=step_d, s=scene, t=travel_d: fixed(s, h, t)),
+                    "time_ms": 1e3 * seconds(lambda h=step_d, s=scene, t=travel_d: fixed(s, h, t)),
                     "switch_u_d": place / DEPTH_MM,
                     "switch_u_error_pct": 100.0 * abs(place / exact[0] - 1.0),
                     "switch_P_error_pct": 100.0 * abs(force / exact[1] - 1.0),
@@ -89,16 +88,6 @@ def increments() -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows)
-
-
-def least_time(run: Callable[[], object], repeats: int = 7) -> float:
-    """Least time of several calls, seconds: other work on the machine only adds to it."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def nodes() -> pd.DataFrame:
