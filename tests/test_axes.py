@@ -30,7 +30,7 @@ def test_the_longest_ending_gives_the_unit(name, unit):
 def test_status_codes_are_small_stable_and_named():
     expected = (
         "ok masked low_correlation outlier replaced edge not_converged frame_missing "
-        "buried sheared avalanched out_of_picture flat lost"
+        "buried sheared avalanched out_of_picture flat lost ambiguous"
     )
     assert [status.meaning for status in axes.Status] == expected.split()
     assert [int(status) for status in axes.Status] == list(range(14))  # written to files: never renumbered

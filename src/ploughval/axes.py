@@ -28,6 +28,7 @@ class Status(IntEnum):
     OUT_OF_PICTURE = 11
     FLAT = 12
     LOST = 13
+    AMBIGUOUS = 14
 
     @property
     def meaning(self) -> str:

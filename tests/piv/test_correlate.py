@@ -3,7 +3,7 @@ import pytest
 
 from ploughval.axes import Status
 from ploughval.errors import CorrelationError
-from ploughval.piv import correlate
+from ploughval.piv import Description, correlate
 
 
 def rms(values):
@@ -54,17 +54,20 @@ def test_point_between_pixels_gets_the_displacement_at_its_own_place(sand):
     assert np.abs(tracks.displacement - motion(points)).max() < 0.01
 
 
-def test_second_order_follows_curvature_that_affine_subsets_average(sand):
+def test_curvature_that_affine_subsets_average_is_followed(sand):
     def motion(p):
         return np.stack([2e-3 * (p[:, 0] - 130) ** 2 / 2, 0 * p[:, 0]], axis=1)
 
     points = sand.points(20, margin=50)
     first, current = sand.picture(), sand.picture(motion)
-    affine = correlate(first, current, points, order=1).displacement - motion(points)
-    quadratic = correlate(first, current, points, order=2).displacement - motion(points)
+    affine = correlate(first, current, points, shape="fixed").displacement - motion(points)
+    quadratic = correlate(first, current, points, order=2, shape="fixed").displacement - motion(points)
+    adaptive = correlate(first, current, points)
     # Closed form of the affine bias: c/2 <x^2> = 1e-3 * (31^2 - 1) / 12 = 0.08 px.
     assert affine[:, 0].mean() == pytest.approx(0.08, rel=0.15)
     assert abs(quadratic[:, 0].mean()) < 0.004
+    assert abs((adaptive.displacement - motion(points))[:, 0].mean()) < 0.004
+    assert np.isin(adaptive.description, (Description.QUADRATIC, Description.QUADRATIC_SMALL)).mean() > 0.9
 
 
 @pytest.mark.parametrize("shift", [(17.3, -3.2), (-60.4, 20.7)])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ploughval.piv import correlate
-from ploughval.piv.interpolate import spline_coefficients
-from ploughval.piv.precision import interpolated_noise
+from ploughval.piv.interpolate import basis_polynomials, spline_coefficients
+from ploughval.piv.precision import noise_bound, residual_share
 
 
 @pytest.mark.parametrize("known", [True, False])
@@ -35,15 +35,19 @@ def test_noise_doubles_and_so_does_the_prediction(sand):
 
 
 @pytest.mark.parametrize("spline", [3, 5])
-def test_interpolated_noise_agrees_with_interpolated_noise(spline):
-    # 1 at the pixels; half-way what a half-pixel shift of white noise leaves (Monte Carlo, 1 %).
-    gain = interpolated_noise(spline)
-    assert gain[0] == pytest.approx(1.0, abs=1e-9)
-    assert gain[-1] == pytest.approx(1.0, abs=1e-9)
-    noise = np.random.default_rng(0).normal(size=(300, 300))
+def test_interpolation_averages_noise_by_the_share_that_is_taken_off(spline):
+    noise = np.random.default_rng(0).normal(size=(200, 200))
     c = spline_coefficients(noise, spline).astype(float)
-    half = {3: np.array([1, 23, 23, 1]) / 48, 5: np.array([1, 237, 1682, 1682, 237, 1]) / 3840}[spline]
-    values = {3: np.array([1, 4, 1]) / 6, 5: np.array([1, 26, 66, 26, 1]) / 120}[spline]
-    along = np.apply_along_axis(np.convolve, 1, c, half, "valid")
-    both = np.apply_along_axis(np.convolve, 0, along, values, "valid")
-    assert both.var() == pytest.approx(gain[32], rel=0.02)
+    table, got = basis_polynomials(spline), []
+    for x, y in np.random.default_rng(1).random((20, 2)):
+        along = np.apply_along_axis(np.convolve, 1, c, (table @ x ** np.arange(spline + 1))[::-1], "valid")
+        both = np.apply_along_axis(np.convolve, 0, along, (table @ y ** np.arange(spline + 1))[::-1], "valid")
+        got.append(both.var())
+    # 20 fractions of a pixel: the mean over them is good to 3 %.
+    assert 1.0 + np.mean(got) == pytest.approx(residual_share(spline), rel=0.03)
+
+
+def test_noise_of_a_picture_is_bounded_from_itself(sand):
+    clean, noisy = (noise_bound(sand.picture(noise=s, kind=np.float32)) for s in (0.0, 6.0))
+    assert noisy - clean == pytest.approx(36.0, rel=0.1)
+    assert 0.0 < clean < 20.0

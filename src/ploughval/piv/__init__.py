@@ -4,5 +4,15 @@ from ploughval.piv.correlate import Tracks, correlate
 from ploughval.piv.sequence import Tracker
 from ploughval.piv.state import FramePoints
 from ploughval.piv.strain import StrainField, StrainMeasure, strain_field
+from ploughval.piv.subsets import Description
 
-__all__ = ["FramePoints", "StrainField", "StrainMeasure", "Tracker", "Tracks", "correlate", "strain_field"]
+__all__ = [
+    "Description",
+    "FramePoints",
+    "StrainField",
+    "StrainMeasure",
+    "Tracker",
+    "Tracks",
+    "correlate",
+    "strain_field",
+]

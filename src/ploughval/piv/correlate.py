@@ -1,21 +1,36 @@
 """Displacements of points between two pictures, by subset correlation."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.axes import Status
 from ploughval.errors import CorrelationError
-from ploughval.piv.guess import Greys, failed_points, flow_at, search_failed, spread_by_neighbours, to_8bit
-from ploughval.piv.interpolate import spline_coefficients
-from ploughval.piv.precision import predict_std, suited_recipe
-from ploughval.piv.split import split_suspects
-from ploughval.piv.subsets import Fit, Floats, Pair, Recipe, displacement_of, gradient_of, match, params_from
+from ploughval.piv.guess import Greys, failed_points, flow_at, spread_by_neighbours, to_8bit
+from ploughval.piv.interpolate import filtered, plain_planes, spline_coefficients
+from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
+from ploughval.piv.refine import refine
+from ploughval.piv.search import mark_ambiguous, search_failed
+from ploughval.piv.subsets import (
+    ALL_SEEN,
+    Fit,
+    Floats,
+    Pair,
+    Recipe,
+    displacement_of,
+    gradient_of,
+    match,
+    params_from,
+)
 from ploughval.piv.validate import judge_correlation, outliers
 
 ZNCC_MIN = 0.7
+LOST = 0.05
+"""When more points than this share have failed, they are searched for before bands are looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +47,10 @@ class Tracks:
     """Predicted standard deviation, (N, 2) px."""
     zncc: Floats
     """Zero-mean normalised correlation, (N,), also of vectors that are not valid."""
+    pixels: NDArray[np.int64]
+    """Valid pixels of each subset, (N,)."""
+    description: NDArray[np.int8]
+    """How each subset was described, :class:`ploughval.piv.subsets.Description`, (N,)."""
     status: NDArray[np.int8]
     """Reason code :class:`ploughval.axes.Status`, (N,)."""
 
@@ -52,6 +71,7 @@ def correlate(  # noqa: PLR0913
     guess: ArrayLike | None = None,
     mask: NDArray[np.bool_] | None = None,
     noise: float | None = None,
+    shape: Literal["adaptive", "fixed"] = "adaptive",
     workers: int = 1,
 ) -> Tracks:
     """Displacement of points between two pictures.
@@ -74,6 +94,9 @@ def correlate(  # noqa: PLR0913
         Pixels of the reference that may be used (sand).
     noise : float, grey levels, optional
         Noise of one picture; absent: from the residuals.
+    shape : "adaptive" or "fixed"
+        Adaptive: where a subset of this side and order does not describe the motion, richer descriptions are
+        tried (second order, smaller, cut along a shear band); fixed: all subsets are as given.
     workers : int
         Threads; the numbers do not depend on it.
 
@@ -93,25 +116,70 @@ def correlate(  # noqa: PLR0913
     place = check_points(points)
     check_images(reference, current, mask)
     recipe = make_recipe(subset, order, spline)
-    usable = np.ones(reference.shape, np.uint8) if mask is None else np.ascontiguousarray(mask, np.uint8)
-    pair = Pair(
-        spline_coefficients(reference, spline), spline_coefficients(current, spline), usable, recipe, workers
-    )
     if len(place) == 0:
-        empty = match(pair, place, np.zeros((0, 2, recipe.terms)))
-        return tracks_of(empty, place, recipe, noise)
-    greys = Greys(to_8bit(reference), to_8bit(current, reference))
-    start = flow_at(greys, place) if guess is None else check_guess(guess, len(place))
-    recipe = suited_recipe(pair, place, start)
-    pair = replace(pair, recipe=recipe)
+        return tracks_of(Fit.empty(0, recipe.terms, Status.OK), place, recipe, Noise())
+    first, usable = whole_grey(reference)
+    second, seen = whole_grey(current)
+    if mask is not None:
+        usable = np.ascontiguousarray(mask, np.uint8) if usable is ALL_SEEN else usable * (mask != 0)
+    greys = Greys(to_8bit(first), to_8bit(second, first))
+    pair, start = prepare(first, second, usable, seen, greys, place, recipe, workers, guess)
+    noise_found, slopes = judge_noise(pair, place, start, noise)
+    recipe = replace(recipe, slopes=slopes)
+    planes = filtered(pair.reference, spline, slopes)
+    pair = replace(pair, reference=planes, recipe=recipe, noise_variance=noise_found.variance)
     fit = match(pair, place, params_from(start, recipe))
-    judge_correlation(fit, ZNCC_MIN)
+    judge_correlation(fit, ZNCC_MIN, pair.noise_variance)
     spread_by_neighbours(pair, fit, place, ZNCC_MIN)
+    if failed_points(fit).size > LOST * len(place):
+        search_failed(pair, greys, fit, place, ZNCC_MIN)
+    if shape == "adaptive":
+        refine(pair, fit, place, ZNCC_MIN)
     if failed_points(fit).size:
         search_failed(pair, greys, fit, place, ZNCC_MIN)
-    split_suspects(pair, fit, place)
     reject_outliers(pair, fit, place)
-    return tracks_of(fit, place, recipe, noise)
+    mark_ambiguous(greys, fit, place, subset)
+    return tracks_of(fit, place, recipe, with_correlation(noise_found, pair, place, fit))
+
+
+def prepare(  # noqa: PLR0913
+    first: NDArray[np.generic],
+    second: NDArray[np.generic],
+    usable: NDArray[np.uint8],
+    seen: NDArray[np.uint8],
+    greys: Greys,
+    points: Floats,
+    recipe: Recipe,
+    workers: int,
+    guess: ArrayLike | None,
+) -> tuple[Pair, Floats]:
+    """Planes, coefficients and first guesses (N, 2) px, side by side where there are threads for it."""
+    given = None if guess is None else check_guess(guess, len(points))
+    if given is None and workers > 1:
+        with ThreadPoolExecutor(1) as pool:
+            flow = pool.submit(flow_at, greys, points)
+            planes, coefficients = (
+                plain_planes(first, recipe.spline),
+                spline_coefficients(second, recipe.spline),
+            )
+            start = flow.result()
+    else:
+        planes, coefficients = plain_planes(first, recipe.spline), spline_coefficients(second, recipe.spline)
+        start = flow_at(greys, points) if given is None else given
+    if usable is ALL_SEEN:
+        usable = np.ones(first.shape, np.uint8)
+    return Pair(planes, usable, coefficients, seen, recipe, workers), start
+
+
+def whole_grey(image: NDArray[np.generic]) -> tuple[NDArray[np.generic], NDArray[np.uint8]]:
+    """The picture with its NaN filled for the filters, and what of it may be used; ALL_SEEN: everything."""
+    if image.dtype.kind != "f" or np.isfinite(image).all():
+        return image, ALL_SEEN
+    finite = np.isfinite(image)
+    filled = np.where(finite, image, np.median(image[finite]) if finite.any() else 0.0)
+    # The prefilter spreads what was filled in; three pixels away a 1/10 of it is left.
+    near = cv2.erode(finite.astype(np.uint8), np.ones((7, 7), np.uint8))
+    return filled.astype(np.float32), np.ascontiguousarray(near, np.uint8)
 
 
 def reject_outliers(pair: Pair, fit: Fit, points: Floats) -> None:
@@ -127,15 +195,18 @@ def reject_outliers(pair: Pair, fit: Fit, points: Floats) -> None:
     fit.status[outliers(points, moved)] = Status.OUTLIER
 
 
-def tracks_of(fit: Fit, points: Floats, recipe: Recipe, noise: float | None) -> Tracks:
+def tracks_of(fit: Fit, points: Floats, recipe: Recipe, noise: Noise) -> Tracks:
     """Public result of matched subsets: what is not valid becomes NaN."""
     bad = fit.status != Status.OK
     displacement = displacement_of(fit.params, points, recipe)
     gradient = gradient_of(fit.params) / max(recipe.half, 1)
-    std = predict_std(fit, recipe, noise) if len(points) else np.zeros((0, 2))
+    std = predict_std(fit, noise)
     for values in (displacement, gradient, std):
         values[bad] = np.nan
-    return Tracks(points, displacement, gradient, std, fit.zncc.copy(), fit.status.copy())
+    pixels = fit.stats[:, 4].astype(np.int64)
+    return Tracks(
+        points, displacement, gradient, std, fit.zncc.copy(), pixels, fit.description, fit.status.copy()
+    )
 
 
 def check_points(points: ArrayLike) -> Floats:
@@ -169,8 +240,6 @@ def check_images(reference: Any, current: Any, mask: Any = None) -> None:
             )
         if image.dtype.kind not in "uif":
             raise CorrelationError(f"{name} has the type {image.dtype}; expected uint8, uint16 or float")
-        if image.dtype.kind == "f" and not np.isfinite(image).all():
-            raise CorrelationError(f"{name} holds values that are not finite; replace them and mask them")
     if reference.shape != current.shape:
         raise CorrelationError(
             f"reference is {reference.shape} and current {current.shape}; expected one shape"

@@ -1,31 +1,32 @@
-"""First guesses: dense inverse search flow (Kroeger et al. 2016), neighbours, template search."""
+"""First guesses: dense inverse search flow (Kroeger et al. 2016), and the motion of neighbours."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
-from ploughval.piv.subsets import Fit, Floats, Pair, centres_of, match, params_from
-from ploughval.piv.validate import gather, judge_correlation, neighbours_of
+from ploughval.piv.subsets import Fit, Floats, Pair, match
+from ploughval.piv.validate import judge_correlation
 
 MARGIN = 128
 """Flow is computed this far around the points, px."""
 LARGE = 1_500_000
 """Pictures of more pixels are halved for the flow."""
 HOPEFUL = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER)
-ROUNDS = 12
-SEARCHED = 24
-"""Points that are searched by template in one round."""
+NEAR = 6
+"""Valid neighbours whose motion is carried on to a point."""
 
 
 @dataclass(frozen=True, slots=True)
 class Greys:
-    """8 bit copies of two pictures, for guesses only."""
+    """Copies of two pictures for guesses only: 8 bit, or float32 where they were shrunk."""
 
-    reference: NDArray[np.uint8]
-    current: NDArray[np.uint8]
+    reference: NDArray[Any]
+    current: NDArray[Any]
 
 
 def to_8bit(image: NDArray[np.generic], like: NDArray[np.generic] | None = None) -> NDArray[np.uint8]:
@@ -71,63 +72,48 @@ def _dense_flow(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.float3
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
-        search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)  # type: ignore[attr-defined]
+        search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_FAST)  # type: ignore[attr-defined]
         return np.asarray(search.calc(a, b, None), np.float32)
     finally:
         cv2.setNumThreads(threads)
 
 
-def search_template(
-    greys: Greys, point: Floats, prior: Floats, side: int, radius: int
-) -> tuple[Floats, float]:
-    """Integer displacement of one subset by correlation in a window about a prior, and its coefficient.
+def carried_on(
+    known: Floats, params: Floats, points: Floats, half_px: float, reach_px: float = np.inf
+) -> Floats:
+    """Parameters (F, 2, terms) at points from the affine motion of their nearest known neighbours.
 
-    Returns NaN and 0 where the subset or the window leaves the picture.
+    The median over at most NEAR neighbours within reach of what each would give the point, with the median of
+    their gradients; NaN where there is none. ``half_px``: half a subset, what gradients refer to.
     """
-    height, width = greys.reference.shape
-    half = side // 2
-    cx, cy = centres_of(point[None])[0]
-    nothing = np.full(2, np.nan), 0.0
-    if cx < half or cy < half or cx >= width - half or cy >= height - half:
-        return nothing
-    template = greys.reference[cy - half : cy + half + 1, cx - half : cx + half + 1]
-    x0, y0 = (np.array([cx, cy]) + np.round(prior).astype(int) - half - radius).tolist()
-    x1, y1 = min(x0 + side + 2 * radius, width), min(y0 + side + 2 * radius, height)
-    x0, y0 = max(x0, 0), max(y0, 0)
-    if x1 - x0 < side or y1 - y0 < side or np.ptp(template) == 0:
-        return nothing
-    scores = cv2.matchTemplate(greys.current[y0:y1, x0:x1], template, cv2.TM_CCOEFF_NORMED)
-    _, best, _, (bx, by) = cv2.minMaxLoc(scores)
-    return np.array([x0 + bx + half - cx, y0 + by + half - cy], float), float(best)
-
-
-def guess_by_neighbours(fit: Fit, points: Floats, failed: NDArray[np.intp]) -> Floats:
-    """Median displacement (F, 2) of the nearest valid points, NaN where nothing is valid."""
-    valid = np.flatnonzero(fit.status == Status.OK)
-    if valid.size == 0:
-        return np.full((failed.size, 2), np.nan)
-    both = np.concatenate([points[valid], points[failed]])
-    count = min(12, len(both) - 1)
-    near = neighbours_of(both, count)[valid.size :]
-    moved = np.concatenate([fit.params[valid, :, 0], np.full((failed.size, 2), np.nan)])
-    around = gather(moved, near)
-    out = np.full((failed.size, 2), np.nan)
-    some = np.isfinite(around[:, :, 0]).any(axis=1)
-    out[some] = np.nanmedian(around[some], axis=1)
+    out = np.full((len(points), *params.shape[1:]), np.nan)
+    if len(known) == 0 or len(points) == 0:
+        return out
+    count = min(NEAR, len(known))
+    distance, near = cKDTree(known).query(points, k=count, distance_upper_bound=reach_px)
+    distance, near = distance.reshape(len(points), count), near.reshape(len(points), count)
+    some = np.flatnonzero(np.isfinite(distance[:, 0]))
+    padded = np.concatenate([params, np.full((1, *params.shape[1:]), np.nan)])
+    around = padded[near[some]].copy()  # (F, K, 2, terms)
+    if params.shape[2] >= 3:
+        offset = (points[some, None] - np.vstack([known, [[0.0, 0.0]]])[near[some]]) / half_px
+        around[:, :, :, 0] += np.einsum("fkad,fkd->fka", around[:, :, :, 1:3], offset)
+    out[some] = np.nanmedian(around, axis=1)
     return out
 
 
 def retry(
-    pair: Pair, fit: Fit, points: Floats, index: NDArray[np.intp], moved: Floats, zncc_min: float
+    pair: Pair, fit: Fit, points: Floats, index: NDArray[np.intp], start: Floats, zncc_min: float
 ) -> int:
-    """Match points again from other displacements; keeps what becomes valid, returns how many did."""
-    index, moved = index[np.isfinite(moved).all(axis=1)], moved[np.isfinite(moved).all(axis=1)]
+    """Match points again from other parameters; keeps what becomes valid, returns how many did."""
+    known = np.isfinite(start).all(axis=(1, 2))
+    index, start = index[known], start[known]
     if index.size == 0:
         return 0
-    new = match(pair, points[index], params_from(moved, pair.recipe))
+    new = match(pair, points[index], start)
     merged = Fit(fit.params.copy(), fit.stats.copy(), fit.status.copy())
     merged.put(index, new)
-    judge_correlation(merged, zncc_min)
+    judge_correlation(merged, zncc_min, pair.noise_variance)
     better = index[merged.status[index] == Status.OK]
     fit.put(better, merged.take(better))
     gone = index[merged.status[index] == Status.EDGE]
@@ -140,30 +126,27 @@ def failed_points(fit: Fit) -> NDArray[np.intp]:
     return np.flatnonzero(np.isin(fit.status, HOPEFUL))
 
 
-def spread_by_neighbours(pair: Pair, fit: Fit, points: Floats, zncc_min: float, rounds: int = 8) -> None:
-    """Second tries from the neighbours' motion, as long as they succeed."""
-    for _ in range(rounds):
+def spread_by_neighbours(pair: Pair, fit: Fit, points: Floats, zncc_min: float, rounds: int = 40) -> None:
+    """Second tries from the motion of valid neighbours, outwards, as long as they succeed."""
+    reach = 2.5 * spacing_of(points)
+    tried: set[tuple[int, int]] = set()
+    for turn in range(rounds):
         failed = failed_points(fit)
-        if failed.size == 0:
+        valid = np.flatnonzero(fit.status == Status.OK)
+        if failed.size == 0 or valid.size == 0 or (turn and (failed.size, valid.size) in tried):
             return
-        if retry(pair, fit, points, failed, guess_by_neighbours(fit, points, failed), zncc_min) == 0:
+        tried.add((failed.size, valid.size))
+        # First everyone, from however far; then only those that have found points beside them.
+        start = carried_on(
+            points[valid], fit.params[valid], points[failed], pair.recipe.half, np.inf if turn == 0 else reach
+        )
+        if retry(pair, fit, points, failed, start, zncc_min) == 0 and turn:
             return
 
 
-def search_failed(pair: Pair, greys: Greys, fit: Fit, points: Floats, zncc_min: float) -> None:
-    """Template search for some of the failed points, in windows that grow; their neighbours follow."""
-    side = pair.recipe.subset
-    widest = min(128, min(greys.reference.shape) // 3)
-    radius = 16
-    for _ in range(ROUNDS):
-        failed = failed_points(fit)
-        if failed.size == 0 or radius > widest:
-            return
-        some = failed[np.linspace(0, failed.size - 1, min(SEARCHED, failed.size)).astype(int)]
-        prior = np.nan_to_num(guess_by_neighbours(fit, points, some))
-        found = [search_template(greys, p, q, side, radius) for p, q in zip(points[some], prior, strict=True)]
-        moved = np.array([m for m, _ in found])
-        if retry(pair, fit, points, some, moved, zncc_min) > 0:
-            spread_by_neighbours(pair, fit, points, zncc_min)
-        else:
-            radius *= 2
+def spacing_of(points: Floats) -> float:
+    """Usual distance of points, px: the median to the nearest other one."""
+    if len(points) < 2:
+        return 1.0
+    some = points[:: max(1, len(points) // 256)]
+    return float(max(np.median(cKDTree(points).query(some, k=2)[0][:, 1]), 1.0))

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 from ploughval.axes import Status
 from ploughval.piv.sampling import (
     EDGE,
-    FAST,
+    KERNEL,
     LEAST_SHARE,
+    MASKED,
     OK,
     Floats,
     Ints,
     Pictures,
+    Singles,
     Tables,
     Work,
     compiled,
@@ -23,14 +25,17 @@ from ploughval.piv.sampling import (
 )
 
 FLAT, NOT_CONVERGED = int(Status.FLAT), int(Status.NOT_CONVERGED)
-LOW_CORRELATION = int(Status.LOW_CORRELATION)
-STEP_PX = 3e-4
+LEAST_PART = 0.15
+"""A subset that is cut needs this share of its pixels."""
+STEP_PX = 5e-4
 """Gauss-Newton has converged when no corner of the subset moves by more than this."""
+STEP_SHARE = 0.01
+"""Or by more than this share of the standard deviation that the residuals give the centre."""
 ITERATIONS = 30
-STATS = 10
+STATS = 11
 """Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of
-the grey values, mean square of a slope, its product with the plain slope over that,
-mean square of the plain one."""
+the grey values, mean square of a slope, its product with the plain slope over that (freed from noise), that
+product (not freed), and which description was matched (:class:`subsets.Description`)."""
 
 
 class Results(NamedTuple):
@@ -41,39 +46,48 @@ class Results(NamedTuple):
 
 
 @compiled
-def _total(values: Floats) -> float:
-    """Sum of an array."""
-    total = 0.0
-    for n in range(values.size):
-        total += values[n]
-    return total
+def _sum(values: Singles, n: int) -> float:
+    """Sum of the first n elements."""
+    total = np.float32(0.0)
+    for i in range(n):
+        total += values[i]
+    return float(total)
 
 
 @compiled
-def _drop(work: Work) -> None:
+def dot(a: Singles, b: Singles, n: int) -> float:
+    """Product of the first n elements."""
+    total = np.float32(0.0)
+    for i in range(n):
+        total += a[i] * b[i]
+    return float(total)
+
+
+@compiled
+def centre(work: Work, n: int) -> tuple[float, float]:
+    """Take the mean off the reference; returns the number of pixels and the norm."""
+    f, w = work.f[:n], work.weight[:n]
+    base = f[n // 2]
+    for i in range(n):
+        f[i] = w[i] * (f[i] - base)
+    count = _sum(w, n)
+    mean = np.float32(_sum(f, n) / max(count, 1.0))
+    for i in range(n):
+        f[i] -= w[i] * mean
+    work.level[1] += float(base) + float(mean)
+    return count, np.sqrt(dot(f, f, n))
+
+
+@compiled
+def drop(work: Work, n: int) -> None:
     """Clear the slopes of pixels that lost their weight."""
-    for n in range(work.weight.size):
-        if work.weight[n] == 0.0:
-            work.jac[:, n] = 0.0
+    for i in range(n):
+        work.slope_x[i] *= work.weight[i]
+        work.slope_y[i] *= work.weight[i]
 
 
 @compiled
-def _centre(values: Floats, weight: Floats) -> tuple[float, float]:
-    """Take the weighted mean off, zero where there is no weight; returns the norm."""
-    total, count = 0.0, 0.0
-    for n in range(values.size):
-        total += weight[n] * values[n]
-        count += weight[n]
-    mean = total / max(count, 1.0)
-    square = 0.0
-    for n in range(values.size):
-        values[n] = weight[n] * (values[n] - mean)
-        square += values[n] * values[n]
-    return np.sqrt(square), mean
-
-
-@compiled
-def _invert(a: Floats, inverse: Floats) -> bool:
+def invert(a: Floats, inverse: Floats) -> bool:
     """Inverse of a symmetric positive definite matrix by Gauss-Jordan; False where it is singular."""
     n = a.shape[0]
     scale = 0.0
@@ -98,34 +112,50 @@ def _invert(a: Floats, inverse: Floats) -> bool:
 
 
 @compiled
-def _prepare(work: Work) -> float:
-    """Centre the reference subset and invert its Hessian, free of gain and offset; returns the norm, or 0."""
-    count, level = 0.0, 0.0
-    for n in range(work.weight.size):
-        count += work.weight[n]
-    norm, mean = _centre(work.f, work.weight)
-    level = 1e-6 * (abs(mean) + 1e-30)
+def _moments(tables: Tables, work: Work, n: int) -> None:
+    """Sums of products of slopes times monomials, and of slopes times monomials and values."""
+    sx, sy, f = work.slope_x[:n], work.slope_y[:n], work.f[:n]
+    for m in range(tables.mono.shape[0]):
+        shape = tables.mono[m, :n]
+        xx, xy, yy = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+        for i in range(n):
+            a = shape[i] * sx[i]
+            xx += a * sx[i]
+            xy += a * sy[i]
+            yy += shape[i] * sy[i] * sy[i]
+        work.moments[0, m], work.moments[1, m], work.moments[2, m] = xx, xy, yy
+    for m in range(tables.terms):
+        shape = tables.mono[m, :n]
+        x, y, xf, yf = np.float32(0.0), np.float32(0.0), np.float32(0.0), np.float32(0.0)
+        for i in range(n):
+            a, b = shape[i] * sx[i], shape[i] * sy[i]
+            x += a
+            y += b
+            xf += a * f[i]
+            yf += b * f[i]
+        work.sums[0, m], work.sums[0, tables.terms + m] = x, y
+        work.sums[1, m], work.sums[1, tables.terms + m] = xf, yf
+
+
+@compiled
+def _prepare(tables: Tables, work: Work) -> tuple[float, float]:
+    """Centre the reference and invert its Hessian, free of gain and offset; returns pixels and norm, or 0."""
+    n, terms = tables.mono.shape[1], tables.terms
+    count, norm = centre(work, n)
+    level = 1e-6 * (abs(work.level[1]) + 1e-30)
     if norm * norm <= count * level * level:
-        return 0.0
-    size = work.jac.shape[0]
-    for k in range(size):
-        jk = work.jac[k]
-        along, total = 0.0, 0.0
-        for n in range(jk.size):
-            along += jk[n] * work.f[n]
-            total += jk[n]
-        work.rhs[k] = along / norm
-        work.step[k] = total / np.sqrt(count)
+        return count, 0.0
+    _moments(tables, work, n)
+    size = 2 * terms
     for k in range(size):
         for m in range(k, size):
-            jk, jm = work.jac[k], work.jac[m]
-            total = 0.0
-            for n in range(jk.size):
-                total += jk[n] * jm[n]
-            total -= work.rhs[k] * work.rhs[m] + work.step[k] * work.step[m]
+            kind = (k >= terms) + (m >= terms)
+            total = work.moments[kind, tables.pairs[k % terms, m % terms]]
+            total -= work.sums[1, k] * work.sums[1, m] / (norm * norm)
+            total -= work.sums[0, k] * work.sums[0, m] / count
             work.hessian[k, m] = total
             work.hessian[m, k] = total
-    return norm if _invert(work.hessian, work.inverse) else 0.0
+    return count, norm if invert(work.hessian, work.inverse) else 0.0
 
 
 @compiled
@@ -160,146 +190,143 @@ def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
 
 
 @compiled
-def _advance(work: Work, scale: float, ratio: float) -> tuple[float, float]:
-    """Residuals and the step they call for; returns the product of both subsets and the residuals' square."""
-    dot, square = 0.0, 0.0
-    for n in range(work.f.size):
-        r = work.f[n] - scale * work.g[n]
-        work.r[n] = r
-        dot += work.f[n] * work.g[n]
-        square += r * r
-    for k in range(work.rhs.size):
-        jk = work.jac[k]
-        total = 0.0
-        for n in range(jk.size):
-            total += jk[n] * work.r[n]
-        work.rhs[k] = -total
+def difference(work: Work, n: int, count: float) -> tuple[float, float]:
+    """Turn g into the difference from f, both free of their means; its square and its product with f."""
+    f, g, w = work.f[:n], work.g[:n], work.weight[:n]
+    base = np.float32(work.level[0])
+    for i in range(n):
+        g[i] = w[i] * (g[i] - base) - f[i]
+    mean = np.float32(_sum(g, n) / max(count, 1.0))
+    square, product = np.float32(0.0), np.float32(0.0)
+    for i in range(n):
+        g[i] -= w[i] * mean
+        square += g[i] * g[i]
+        product += f[i] * g[i]
+    work.level[0] += float(mean)
+    return float(square), float(product)
+
+
+@compiled
+def _advance(tables: Tables, work: Work, scale: float, ratio: float) -> None:
+    """The step that the difference between both subsets calls for."""
+    n, terms = tables.mono.shape[1], tables.terms
+    sx, sy, d = work.slope_x[:n], work.slope_y[:n], work.g[:n]
+    for m in range(terms):
+        shape = tables.mono[m, :n]
+        x, y = np.float32(0.0), np.float32(0.0)
+        for i in range(n):
+            a = shape[i] * d[i]
+            x += a * sx[i]
+            y += a * sy[i]
+        work.rhs[m] = scale * x - (1.0 - scale) * work.sums[1, m]
+        work.rhs[terms + m] = scale * y - (1.0 - scale) * work.sums[1, terms + m]
     for k in range(work.rhs.size):
         total = 0.0
         for m in range(work.rhs.size):
             total += work.inverse[k, m] * work.rhs[m]
         work.step[k] = total / ratio
-    return dot, square
 
 
 @compiled
-def _match(
-    pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, stats: Floats, limit: float, work: Work
+def _turned(step: Floats, last: Floats) -> float:
+    """Factor on the steps to come: less than 1 where a step turns back by more than half the last one.
+
+    Noise of the current picture bends what the residuals answer to; plain steps then go to and fro.
+    """
+    along, square = 0.0, 0.0
+    for m in range(step.size):
+        along += step[m] * last[m]
+        square += last[m] * last[m]
+    return 0.6 if along < -0.5 * square else 1.0
+
+
+@compiled
+def match_subset(
+    pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, stats: Floats, limits: Floats, work: Work
 ) -> int:
-    """Gauss-Newton from p with the weights and slopes in work; p and stats are overwritten."""
-    side, terms = tables.side, tables.mono.shape[0]
+    """Gauss-Newton from p on the pixels gathered in work; p and stats are overwritten; returns a status."""
+    terms, half = tables.terms, tables.side // 2
     u0, v0 = p[0], p[terms]
-    norm = _prepare(work)
-    wanted = _total(work.weight)
-    # Slopes may be smoothed: their product with the plain ones is what the residual answers to.
-    ratio = min(max(work.slopes[1] / max(work.slopes[0], 1e-300), 0.5), 2.5)
-    pixels = 2.0 * max(_total(work.weight), 1.0)
-    stats[7], stats[8], stats[9] = work.slopes[0] / pixels, ratio, work.slopes[2] / pixels
-    status = NOT_CONVERGED
+    work.level[1] = 0.0
+    wanted, norm = _prepare(tables, work)
+    work.level[0] = work.level[1]
+    count = wanted
+    # Slopes are smoothed: their product with the plain ones, less that of the noise in both, is what the
+    # residual answers to.
+    limit, product = limits[0], work.slopes[1] - limits[1] * count
+    ratio = min(max(product / max(work.slopes[0], 1e-300), 0.25), 2.5)
+    stats[7], stats[8] = work.slopes[0] / (2.0 * max(count, 1.0)), ratio
+    stats[9] = work.slopes[1] / (2.0 * max(count, 1.0))
+    n = tables.mono.shape[1]
+    work.last[:] = 0.0
+    damping = 1.0
     for iteration in range(ITERATIONS):
         if norm == 0.0:
             return FLAT
         if sample(pictures, tables, cx, cy, p, work) > 0:
-            if _total(work.weight) < LEAST_SHARE * wanted:
+            drop(work, n)
+            count, norm = _prepare(tables, work)
+            if count < LEAST_SHARE * wanted:
                 return EDGE
-            _drop(work)
-            norm = _prepare(work)
             if norm == 0.0:
                 return FLAT
-        gnorm, _ = _centre(work.g, work.weight)
-        scale = norm / gnorm if gnorm > 1e-12 * norm else 0.0
-        dot, square = _advance(work, scale, ratio)
-        count = _total(work.weight)
-        stats[0] = dot / (norm * gnorm) if scale > 0.0 else 0.0
-        stats[1] = square / max(count - 2.0 - 2.0 * terms, 1.0)
+        square, along = difference(work, n, count)
+        ff = norm * norm
+        gg = max(ff + 2.0 * along + square, 0.0)
+        scale = np.sqrt(ff / gg) if gg > 1e-24 * ff else 0.0
+        _advance(tables, work, scale, ratio)
+        along = scale * (ff + along)
+        stats[0] = along / ff
+        stats[1] = max(2.0 * (ff - along), 0.0) / max(count - 2.0 - 2.0 * terms, 1.0)
         stats[2], stats[3] = work.inverse[0, 0], work.inverse[terms, terms]
-        stats[4], stats[5], stats[6] = count, iteration + 1.0, norm * norm / count
-        far = _compose(p, work.step, terms, side // 2)
+        stats[4], stats[5], stats[6] = count, iteration + 1.0, ff / count
+        damping *= _turned(work.step, work.last)
+        for m in range(2 * terms):
+            work.last[m] = work.step[m]
+            work.step[m] *= damping
+        far = _compose(p, work.step, terms, half)
         if not (abs(p[0] - u0) <= limit and abs(p[terms] - v0) <= limit):
             return NOT_CONVERGED
-        if far < STEP_PX:
-            status = OK
-            break
-    return status
+        noise = np.sqrt(stats[1] * (stats[2] + stats[3]))
+        if far < max(STEP_PX, STEP_SHARE * noise):
+            return OK
+    return NOT_CONVERGED
 
 
 @compiled
-def _window(side: int, reach: int, work: Work) -> None:
-    """Leave weight only to pixels at most ``reach`` from the centre."""
-    half = side // 2
-    for n in range(work.weight.size):
-        if abs(n // side - half) > reach or abs(n % side - half) > reach:
-            work.weight[n] = 0.0
-    _drop(work)
+def _cut(tables: Tables, cut: Floats, work: Work) -> int:
+    """Leave weight to the pixels beyond a line only."""
+    side, half = tables.side, tables.side // 2
+    wide = (side + 15) // 16 * 16
+    before, after, n = 0.0, 0.0, side * wide
+    for row in range(side):
+        for i in range(side):
+            k = row * wide + i
+            before += work.weight[k]
+            if not (i - half) * cut[0] + (row - half) * cut[1] > cut[2]:
+                work.weight[k] = np.float32(0.0)
+                work.f[k] = np.float32(0.0)
+            after += work.weight[k]
+    drop(work, n)
+    # The product with plain slopes is not gathered anew: it keeps its ratio.
+    squares = dot(work.slope_x, work.slope_x, n) + dot(work.slope_y, work.slope_y, n)
+    work.slopes[1] *= squares / max(work.slopes[0], 1e-300)
+    work.slopes[0] = squares
+    return OK if after >= LEAST_PART * before else MASKED
 
 
-@compiled
-def _box(values: Floats, out: Floats, side: int, reach: int) -> None:
-    """Mean over the neighbourhood of every pixel; negative values are pixels that are not there."""
-    for n in range(values.size):
-        row, column = n // side, n % side
-        total, count = 0.0, 0.0
-        for j in range(max(row - reach, 0), min(row + reach, side - 1) + 1):
-            for i in range(max(column - reach, 0), min(column + reach, side - 1) + 1):
-                if values[j * side + i] >= 0.0:
-                    total += values[j * side + i]
-                    count += 1.0
-        out[n] = total / count if count > 0.0 else -1.0
-
-
-@compiled
-def _residual_map(side: int, reach: int, work: Work) -> None:
-    """Squared residuals of the subset, with level and gain of a window about its centre, smoothed."""
-    half = side // 2
-    f0, g0, ff, gg, count = 0.0, 0.0, 0.0, 0.0, 0.0
-    for twice in range(2):
-        for n in range(work.weight.size):
-            if abs(n // side - half) > reach or abs(n % side - half) > reach or work.weight[n] == 0.0:
-                continue
-            if twice == 0:
-                f0, g0, count = f0 + work.f[n], g0 + work.g[n], count + 1.0
-            else:
-                ff, gg = ff + (work.f[n] - f0) ** 2, gg + (work.g[n] - g0) ** 2
-        if twice == 0:
-            f0, g0 = f0 / max(count, 1.0), g0 / max(count, 1.0)
-    gain = np.sqrt(ff / gg) if gg > 0.0 else 0.0
-    for n in range(work.weight.size):
-        r = work.f[n] - f0 - gain * (work.g[n] - g0)
-        work.smooth[0, n] = r * r if work.weight[n] > 0.0 else -1.0
-    _box(work.smooth[0], work.smooth[1], side, 2)
-
-
-@compiled
-def _select(side: int, allowed: Floats, work: Work) -> int:
-    """Leave weight only to pixels whose residuals are small; LOW_CORRELATION where too few."""
-    whole = max(_total(work.weight), 1.0)
-    most = allowed[0] + allowed[1] * work.slopes[1] / (2.0 * whole)
-    _residual_map(side, int(allowed[2]), work)
-    for n in range(work.weight.size):
-        if not 0.0 <= work.smooth[1, n] <= most:
-            work.weight[n] = 0.0
-    centre = work.smooth[1, side * side // 2]
-    if _total(work.weight) < allowed[3] * side * side or not 0.0 <= centre <= most:
-        return LOW_CORRELATION
-    _drop(work)
-    return OK
-
-
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, **KERNEL)
 def match_points(
     pictures: Pictures,
     tables: Tables,
     centres: Ints,
-    tries: Floats,
+    params: Floats,
     results: Results,
-    allowed: Floats,
+    limits: Floats,
+    cuts: Floats,
     work: Work,
 ) -> None:
-    """Match a chunk of subsets, whole or only the part of each that moves with its centre.
-
-    A whole subset starts from its only candidate. Else a small window about the centre chooses among the
-    candidates; then pixels whose squared residuals, averaged over 5 x 5, are below ``allowed[0] +
-    allowed[1] * mean square slope`` are matched, twice over: one side of a shear band.
+    """Match a chunk of subsets, each from its own parameters.
 
     Parameters
     ----------
@@ -309,42 +336,50 @@ def match_points(
         What depends on the recipe alone.
     centres : (N, 2) int64, px
         Centres of the subsets, x first.
-    tries : (N, K, 2 terms) float64, px
-        Candidates, NaN: none; places are in half sides of the subset. The result is left in ``[:, 0]``.
+    params : (N, 2 terms) float64, px
+        Start, and the result on return; places are in half sides of the subset.
     results : Results
         Set on return.
-    allowed : (1,) or (4,) float64
-        Whole subsets: farthest that the centre may leave its guess, px. Parts: residual variance, px^2 of
-        mismatch, reach of the small window in px, least share of the pixels.
+    limits : (2,) float64
+        Farthest that the centre may leave its start, px; share of the noise in the product of smoothed and
+        plain slope, grey levels^2 px^-2 a pixel.
+    cuts : (N, 3) or (0, 3) float64
+        Only pixels with ``x cuts[0] + y cuts[1] > cuts[2]`` about the centre are used, px; none: all are.
     work : Work
         Scratch of this thread.
     """
-    parts = allowed.size > 1
-    count = tries.shape[1]
-    limit = allowed[2] if parts else allowed[0]
     for n in range(centres.shape[0]):
         cx, cy = centres[n, 0], centres[n, 1]
-        stats, best, top, code = results.stats[n], 0, 0.0, OK
-        for attempt in range(count + 2 if parts else 1):
-            growing = attempt >= count
-            if growing and top <= 0.0:
-                code = LOW_CORRELATION
-                break
-            p = tries[n, best if growing else attempt]
-            if np.isnan(p[0]):
-                continue
-            code = gather(pictures, tables, cx, cy, work)
-            if code == OK and growing:
-                sample(pictures, tables, cx, cy, p, work)
-                code = _select(tables.side, allowed, work)
-            elif code == OK and parts:
-                _window(tables.side, int(allowed[2]), work)
-            if code == OK:
-                code = _match(pictures, tables, cx, cy, p, stats, limit, work)
-            if growing and code != OK:
-                break
-            if not growing and stats[0] > top:
-                best, top = attempt, stats[0]
-        for k in range(tries.shape[2]):
-            tries[n, 0, k] = tries[n, best, k]
+        code = gather(pictures, tables, cx, cy, work)
+        if code == OK and cuts.shape[0] > 0:
+            code = _cut(tables, cuts[n], work)
+        if code == OK:
+            code = match_subset(pictures, tables, cx, cy, params[n], results.stats[n], limits, work)
         results.status[n] = code
+
+
+@njit(cache=True, **KERNEL)
+def read_points(
+    pictures: Pictures, tables: Tables, centres: Ints, params: Floats, out: Singles, work: Work
+) -> None:
+    """Read subsets as they are matched, for whoever looks at their residuals.
+
+    ``out`` (N, 4, side * wide): residuals free of gain and offset, slopes in x and y, weights.
+    """
+    n = tables.mono.shape[1]
+    for k in range(centres.shape[0]):
+        cx, cy = centres[k, 0], centres[k, 1]
+        out[k] = 0.0
+        if gather(pictures, tables, cx, cy, work) != OK:
+            continue
+        work.level[1] = 0.0
+        sample(pictures, tables, cx, cy, params[k], work)
+        drop(work, n)
+        count, norm = centre(work, n)
+        work.level[0] = work.level[1]
+        square, product = difference(work, n, count)
+        gg = norm * norm + 2.0 * product + square
+        scale = norm / np.sqrt(gg) if gg > 0.0 else 0.0
+        for i in range(n):
+            out[k, 0, i] = np.float32((1.0 - scale) * work.f[i] - scale * work.g[i])
+            out[k, 1, i], out[k, 2, i], out[k, 3, i] = work.slope_x[i], work.slope_y[i], work.weight[i]

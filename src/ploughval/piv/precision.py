@@ -1,98 +1,155 @@
 """Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import spline_filter1d
+from scipy.ndimage import uniform_filter
 
 from ploughval.axes import Status
-from ploughval.piv.interpolate import basis_polynomials, node_taps
-from ploughval.piv.subsets import Fit, Pair, Recipe, match, params_from
+from ploughval.piv.interpolate import SlopeFilter, basis_polynomials, prefilter_taps, slope_noise
+from ploughval.piv.subsets import Description, Fit, Pair, match, params_from, read_subsets
+from ploughval.piv.validate import least_zncc
 
 Floats = NDArray[np.float64]
-_STEPS = 64
-SAMPLE = 100
+SAMPLE = 96
+"""Points on which the noise of a pair is judged."""
+READ = 96
+"""Points of them whose residuals are read pixel by pixel."""
+STRIP, STRIPS = 24, 8
+"""Height and number of the strips of a picture on which its noise is bounded."""
+LAGS = 3
+"""Residuals are taken to be correlated over so many px."""
 NOISE_STEPS = (0.004, 0.3)
-"""Noise variance over mean squared slope, px^2, at which the smoothing changes."""
-SMOOTHING = (1.0, 0.7, 1.2)
+"""Noise variance over mean squared slope, px^2, at which another filter of the slopes has the least error."""
+FILTERS = (SlopeFilter.NARROW, SlopeFilter.WIDE, SlopeFilter.SOFT)
 
 
-@lru_cache(maxsize=4)
-def interpolated_noise(spline: int) -> Floats:
-    """Variance of interpolated unit white noise at the fractions 0, 1/64 ... 1 of a pixel, along one axis.
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Noise of a pair as its residuals show it.
+
+    Attributes
+    ----------
+    variance : float, grey levels^2, of one picture
+    correlated : (2,) float, factor on the variance of a displacement (x, y) because residuals of neighbouring
+        pixels are correlated: interpolated noise, and what the pixels could not resolve
+    given : bool, whether the user gave the noise, so that residuals do not count
+    """
+
+    variance: float = 0.0
+    correlated: tuple[float, float] = (1.0, 1.0)
+    given: bool = False
+
+
+@lru_cache(maxsize=16)
+def residual_share(spline: int) -> float:
+    """Residual variance over the noise variance of one picture, over all fractions of a pixel.
 
     Interpolation between pixels averages noise, so residuals show less of it than both pictures hold.
     """
-    impulse = np.zeros(129)
-    impulse[64] = 1.0
-    prefilter = spline_filter1d(impulse, order=spline, mode="mirror")
-    table = basis_polynomials(spline)
-    fractions = np.arange(_STEPS + 1) / _STEPS
-    weights = table @ fractions ** np.arange(spline + 1)[:, None]
-    return np.array([np.sum(np.convolve(prefilter, w) ** 2) for w in weights.T])
+    fractions = (np.arange(64) + 0.5) / 64
+    weights = basis_polynomials(spline) @ fractions ** np.arange(spline + 1)[:, None]
+    share = np.mean([np.sum(np.convolve(prefilter_taps(spline), w) ** 2) for w in weights.T])
+    return float(1.0 + share**2)
 
 
-def residual_noise(params: Floats, recipe: Recipe) -> Floats:
-    """Residual variance over the noise variance of one picture, (N,), for subsets with given parameters."""
-    axis = np.linspace(-1.0, 1.0, 7)
-    xi, eta = (a.ravel() for a in np.meshgrid(axis, axis))
-    moved = params @ recipe.monomials(xi, eta)  # (N, 2, 49) px; the pixels themselves stand on integers
-    gain = np.interp(moved % 1.0, np.arange(_STEPS + 1) / _STEPS, interpolated_noise(recipe.spline))
-    return np.asarray(1.0 + np.mean(gain[:, 0] * gain[:, 1], axis=1))
+def judge_noise(pair: Pair, points: Floats, start: Floats, given: float | None) -> tuple[Noise, SlopeFilter]:
+    """Noise of a pair from the residuals of a sample of points, and the filter of the slopes that suits it.
+
+    ``pair`` has plain slopes; ``start`` (N, 2) px: first guesses; ``given``: noise of one picture in grey
+    levels, None: unknown.
+    """
+    some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(int)
+    fit = match(pair, points[some], params_from(start[some], pair.recipe))
+    bound = noise_bound(pair.reference.value)
+    good = np.flatnonzero(
+        (fit.zncc > least_zncc(fit, 0.3, bound)) & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
+    )
+    known = 0.0 if given is None else given**2
+    if good.size < max(3, 0.1 * some.size):
+        return Noise(known, given=given is not None), SlopeFilter.NARROW
+    calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
+    variance = float(np.median(fit.stats[calm, 1])) / residual_share(pair.recipe.spline)
+    variance = min(variance, bound)
+    if given is not None:
+        variance = known
+    # Plain slopes hold the noise as well.
+    texture = np.median(fit.stats[calm, 9]) - 0.5 * variance * slope_noise(
+        pair.recipe.spline, pair.recipe.slopes
+    )
+    step = int(np.searchsorted(NOISE_STEPS, variance / max(float(texture), 1e-12)))
+    return Noise(variance, given=given is not None), FILTERS[step]
 
 
-def predict_std(fit: Fit, recipe: Recipe, noise: float | None) -> Floats:
+def with_correlation(noise: Noise, pair: Pair, points: Floats, fit: Fit) -> Noise:
+    """The noise with the correlation of residuals, read on some of the calmer half of the valid points."""
+    good = np.flatnonzero((fit.status == Status.OK) & (fit.description == Description.PLAIN))
+    if noise.given or good.size < 3:
+        return noise
+    calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
+    calm = calm[np.linspace(0, calm.size - 1, min(READ, calm.size)).astype(int)]
+    subsets = read_subsets(pair, points[calm], fit.params[calm])
+    return replace(noise, correlated=_correlation(subsets, pair.recipe.terms))
+
+
+def _correlation(subsets: NDArray[np.float32], terms: int) -> tuple[float, float]:
+    """Variance of the sum of slope times residual over that of white residuals, for x and y.
+
+    The sum over lags of the products' covariance (Newey & West 1987, in the plane). The fit makes the
+    products of a whole subset add up to nothing, and those of a window of w^2 pixels to less by the share
+    ``terms`` w^2 / n of white residuals' (1 for the mean, 1 for each of the shape function's other terms).
+    """
+    residual, slopes = subsets[:, 0], subsets[:, 1:3]
+    side = residual.shape[-1]
+    square = np.mean(residual**2, axis=(1, 2)) * np.mean(slopes**2, axis=(2, 3)).T
+    if side < 6 * LAGS or not (square.sum(axis=1) > 0).all():
+        return 1.0, 1.0
+    product = slopes * residual[:, None]
+    width = 2 * LAGS + 1
+    around = uniform_filter(product, size=(1, 1, width, width), mode="constant") * width**2
+    core = slice(LAGS, side - LAGS)
+    total = np.mean((product * around)[:, :, core, core], axis=(0, 2, 3))
+    total /= np.mean(square, axis=1) * max(1.0 - terms * width**2 / side**2, 0.5)
+    kept = np.clip(total, 0.25, 16.0)
+    return float(kept[0]), float(kept[1])
+
+
+def noise_bound(image: NDArray[np.float32]) -> float:
+    """Variance of the noise of a picture (H, W), grey levels^2, at most: what its finest checks hold.
+
+    Mean square of the product of two second differences over that of white noise (Immerkaer 1996), on strips
+    of the picture; texture only adds to it.
+    """
+    height = image.shape[0]
+    if min(image.shape) < 3:
+        return 0.0
+    check = np.array([1.0, -2.0, 1.0], np.float32)
+    tops = np.unique(np.linspace(0, max(height - STRIP, 0), STRIPS).astype(int))
+    fine = [cv2.sepFilter2D(image[top : top + STRIP], cv2.CV_32F, check, check) for top in tops]
+    return float(np.mean([cv2.norm(strip, cv2.NORM_L2SQR) / strip.size for strip in fine])) / 36.0
+
+
+def predict_std(fit: Fit, noise: Noise) -> Floats:
     """Predicted standard deviation of displacements.
 
     Parameters
     ----------
     fit : Fit
-        Matched subsets.
-    recipe : Recipe
-        How they were matched.
-    noise : float, grey levels
-        Noise of one photograph; None: from each subset's own residuals.
+        Subsets matched by a pair that knows its noise.
+    noise : Noise
+        Of the pair.
 
     Returns
     -------
     (N, 2) float, px
-        Both pictures carry the noise: std^2 = 2 noise^2 [H^-1] with H the Hessian of the subset,
-        freed from gain and offset.
+        std^2 = s^2 c [H^-1] / r^2 with s^2 the residual variance (twice the noise variance where it is
+        given), c the correlation of residuals, H the Hessian of the subset, freed from gain and offset, and
+        r what the residuals answer to over it: the plain slopes, freed from noise.
     """
-    variance = fit.stats[:, 1] / residual_noise(fit.params, recipe) if noise is None else noise**2
-    variance = np.broadcast_to(np.asarray(variance, float), fit.zncc.shape)
-    slope = np.maximum(fit.stats[:, 7], 1e-300)
-    # Noise of the reference is in both slopes and must not count as texture.
-    product = fit.stats[:, 8] * slope - variance * slope_noise(recipe)
-    gain = slope / np.maximum(product, 0.1 * slope)
-    return np.asarray(np.sqrt(2.0 * variance[:, None] * fit.stats[:, 2:4]) * gain[:, None])
-
-
-def suited_recipe(pair: Pair, points: Floats, start: Floats) -> Recipe:
-    """Recipe whose smoothing of the slopes suits the noise of a pair, judged on a sample of points.
-
-    Little noise: more smoothing lowers the bias of what the pixels alias. Much noise: more smoothing keeps
-    the noise out of the slopes.
-    """
-    some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(int)
-    fit = match(pair, points[some], params_from(start[some], pair.recipe))
-    seen = fit.stats[(fit.status == Status.OK) & (fit.stats[:, 7] > 0)]
-    if len(seen) < 0.1 * some.size or len(seen) == 0:
-        return pair.recipe
-    noise = np.percentile(seen[:, 1], 25) / 1.8 / np.median(seen[:, 7] * seen[:, 8])
-    smooth_px = SMOOTHING[int(np.searchsorted(NOISE_STEPS, noise))]
-    return replace(pair.recipe, smooth_px=smooth_px)
-
-
-@lru_cache(maxsize=16)
-def slope_noise(recipe: Recipe) -> float:
-    """Mean product of smoothed and plain slope in unit white noise."""
-    impulse = np.zeros(129)
-    impulse[64] = 1.0
-    prefilter = spline_filter1d(impulse, order=recipe.spline, mode="mirror")
-    value, smooth, slope, plain = (
-        np.convolve(prefilter, taps) for taps in node_taps(recipe.spline, recipe.smooth_px)
-    )
-    return float(np.sum(slope * plain) * np.sum(smooth * value))
+    variance = np.full(fit.zncc.shape, 2.0 * noise.variance) if noise.given else fit.stats[:, 1]
+    factor = np.ones(2) if noise.given else np.array(noise.correlated)
+    answer = np.maximum(fit.stats[:, 8], 0.1)
+    return np.asarray(np.sqrt(variance[:, None] * factor * fit.stats[:, 2:4]) / answer[:, None])

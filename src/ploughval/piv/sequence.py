@@ -1,5 +1,7 @@
 """Material points tracked through a series; the reference is renewed only where correlation demands it."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -8,21 +10,24 @@ from ploughval.errors import CorrelationError
 from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.endings import name_failures
 from ploughval.piv.guess import Greys, flow_at, to_8bit
-from ploughval.piv.interpolate import spline_coefficients
-from ploughval.piv.precision import predict_std, suited_recipe
-from ploughval.piv.split import (
+from ploughval.piv.interpolate import filtered, plain_planes, spline_coefficients
+from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
+from ploughval.piv.refine import mismatch_px, noise_level, suspects
+from ploughval.piv.state import FramePoints, Picture, Reference, State
+from ploughval.piv.subsets import ALL_SEEN, Fit, Floats, Pair, displacement_of, match, place_terms
+from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
+from ploughval.piv.windows import (
     CANDIDATES,
     REACH,
+    WHOLE,
+    Level,
     distinct_motions,
-    mismatch_px,
+    match_windows,
     near_motion,
-    noise_level,
-    suspects,
+    rank_windows,
+    shapes_of,
+    torn_between,
 )
-from ploughval.piv.state import FramePoints, Picture, Reference, State
-from ploughval.piv.subsets import Fit, Floats, Pair, displacement_of, match, place_terms
-from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
-from ploughval.piv.windows import WHOLE, Level, match_windows, rank_windows, shapes_of, torn_between
 from ploughval.scene import Piv
 
 RENEW = 0.85
@@ -55,7 +60,7 @@ class Tracker:
         self._workers = workers
         self._held: dict[int, Reference] = {}
         self._frame = 0
-        self._suited = False  # whether the recipe has been fitted to the noise of the pictures
+        self._noise: Noise | None = None  # of the pictures, once two of them have been seen
         self._state: State | None = None
 
     def start(self, image: NDArray[np.generic], points_px: ArrayLike, sand: NDArray[np.bool_]) -> None:
@@ -118,12 +123,12 @@ class Tracker:
         self._frame += 1
         current = self._picture(image, sand)
         count = len(state.position)
-        fit = Fit(state.params.copy(), np.zeros((count, 10)), np.full(count, Status.LOST, np.int8))
+        fit = replace(Fit.empty(count, self._recipe.terms, Status.LOST), params=state.params.copy())
         alive = np.flatnonzero(state.failures <= RETRIES)
         std = np.full(count, np.nan)
         if alive.size:
             self._measure(fit, current, alive, Greys(state.grey, current.grey))
-            std[alive] = self._std(fit, alive)
+            std[alive] = self._std(fit, alive, current)
         position = self._positions(fit)
         presumed = np.where((fit.status == Status.OK)[:, None], position, state.position + state.motion)
         name_failures(fit, presumed, current.sand, alive, self._recipe.subset)
@@ -141,26 +146,41 @@ class Tracker:
 
     def _picture(self, image: NDArray[np.generic], sand: NDArray[np.bool_]) -> Picture:
         mask = np.ascontiguousarray(sand, np.uint8)
-        return Picture(spline_coefficients(image, self._recipe.spline), to_8bit(image), mask)
+        return Picture(image, spline_coefficients(image, self._recipe.spline), to_8bit(image), mask)
 
     def _hold(self, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture of this frame as a reference."""
-        self._held[self._frame] = Reference(self._frame, picture, position.copy(), std.copy())
+        planes = filtered(
+            plain_planes(picture.image, self._recipe.spline), self._recipe.spline, self._recipe.slopes
+        )
+        self._held[self._frame] = Reference(self._frame, picture, planes, position.copy(), std.copy())
 
     def _pair(self, held: Reference, current: Picture) -> Pair:
-        before = held.picture
-        return Pair(before.coefficients, current.coefficients, before.sand, self._recipe, self._workers)
+        variance = 0.0 if self._noise is None else self._noise.variance
+        return Pair(
+            held.planes,
+            held.picture.sand,
+            current.coefficients,
+            ALL_SEEN,
+            self._recipe,
+            self._workers,
+            variance,
+        )
 
     def _measure(self, fit: Fit, current: Picture, alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
         flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
-        if not self._suited:
+        if self._noise is None:
             first = self._held[0]
             pair = self._pair(first, current)
-            self._recipe = suited_recipe(pair, state.position[alive], flow[alive])
-            self._suited = True
+            self._noise, slopes = judge_noise(
+                pair, state.position[alive], flow[alive], self._settings.noise_grey
+            )
+            self._recipe = replace(self._recipe, slopes=slopes)
+            planes = filtered(first.planes, self._recipe.spline, slopes)
+            self._held[0] = replace(first, planes=planes)
         whole = alive[state.window[alive] == WHOLE]
         self._try(fit, current, whole, flow[whole])
         for attempt in range(2):
@@ -294,7 +314,8 @@ class Tracker:
     def _judge(self, fit: Fit) -> None:
         """Mark points whose correlation is too low against the others and against what chance reaches."""
         good = fit.status == Status.OK
-        fit.status[good & ~(fit.zncc >= least_zncc(fit, self._settings.zncc_min))] = Status.LOW_CORRELATION
+        least = least_zncc(fit, self._settings.zncc_min, 0.0 if self._noise is None else self._noise.variance)
+        fit.status[good & ~(fit.zncc >= least)] = Status.LOW_CORRELATION
 
     def _positions(self, fit: Fit) -> Floats:
         """Places (N, 2) px that the parameters point to."""
@@ -306,11 +327,17 @@ class Tracker:
             out[part] = start + displacement_of(fit.params[part], start, self._recipe)
         return out
 
-    def _std(self, fit: Fit, alive: NDArray[np.intp]) -> Floats:
+    def _std(self, fit: Fit, alive: NDArray[np.intp], current: Picture) -> Floats:
         """Standard deviation of a coordinate: this match and what the reference had gathered."""
         state = self._started()
+        assert self._noise is not None
         base = np.array([self._held[f].std[n] for f, n in zip(state.reference[alive], alive, strict=True)])
-        own = predict_std(fit.take(alive), self._recipe, self._settings.noise_grey)
+        # Residuals are alike whichever reference is matched: read them against the one that most points have.
+        frames, users = np.unique(state.reference[alive], return_counts=True)
+        held = self._held[int(frames[np.argmax(users)])]
+        some = alive[state.reference[alive] == held.frame]
+        noise = with_correlation(self._noise, self._pair(held, current), held.position[some], fit.take(some))
+        own = predict_std(fit.take(alive), noise)
         return np.asarray(np.sqrt(np.mean(own**2, axis=1) + base**2))
 
     def _settle(

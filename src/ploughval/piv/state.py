@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.piv.interpolate import Planes
 from ploughval.piv.subsets import Floats
 
 
@@ -28,8 +29,9 @@ class FramePoints:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A photograph: spline coefficients, 8 bit copy (H, W) and sand (H, W)."""
+    """A photograph: as it was read, its spline coefficients, 8 bit copy and sand, all (H, W)."""
 
+    image: NDArray[np.generic]
     coefficients: NDArray[np.float32]
     grey: NDArray[np.uint8]
     sand: NDArray[np.uint8]
@@ -41,6 +43,7 @@ class Reference:
 
     frame: int
     picture: Picture
+    planes: Planes
     position: Floats  # (N, 2) px
     std: Floats  # (N,) px
 

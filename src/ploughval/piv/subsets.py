@@ -1,15 +1,27 @@
 """Subsets matched in chunks: what the kernel needs and gives, in arrays."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from enum import IntEnum
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
-from ploughval.piv.interpolate import basis_polynomials, node_taps
+from ploughval.piv.interpolate import Planes, SlopeFilter, centred_polynomials, slope_noise
+
+if TYPE_CHECKING:
+    from ploughval.piv import sampling
 
 Floats = NDArray[np.float64]
+_MOMENTS = [
+    (0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1),
+    (1, 2), (0, 3), (4, 0), (3, 1), (2, 2), (1, 3), (0, 4),
+]  # fmt: skip
+"""Powers of the place in monomials, the shape function's terms first."""
 CHUNK = 128
 
 
@@ -20,9 +32,7 @@ class Recipe:
     subset: int = 31
     order: int = 1
     spline: int = 5
-    smooth_px: float = 0.7
-    """Slopes are taken from the reference smoothed by a Gaussian of this standard deviation: less noise and
-    less of what the pixels cannot resolve; the grey values themselves are not smoothed."""
+    slopes: SlopeFilter = SlopeFilter.PLAIN
 
     @property
     def half(self) -> int:
@@ -38,11 +48,16 @@ class Recipe:
         """Shape function terms (terms, ...) at places given in half sides."""
         return np.stack([xi**0, xi, eta, xi * xi, xi * eta, eta * eta][: self.terms])
 
-    def grid(self) -> Floats:
-        """Shape function terms (terms, subset^2) at the pixels of a subset, row by row."""
-        axis = np.arange(-self.half, self.half + 1) / max(self.half, 1)
-        xi, eta = np.meshgrid(axis, axis)
-        return np.ascontiguousarray(self.monomials(xi.ravel(), eta.ravel()))
+
+class Description(IntEnum):
+    """How the motion of a subset is described; the richer ones only where the plain one does not do."""
+
+    PLAIN = 0
+    QUADRATIC = 1
+    QUADRATIC_SMALL = 2
+    BAND = 3
+    SIDE = 4
+    WINDOW = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +73,18 @@ class Fit:
         """Zero-mean normalised correlation (N,)."""
         return self.stats[:, 0]
 
+    @property
+    def description(self) -> NDArray[np.int8]:
+        """How each subset was described (N,), :class:`Description`."""
+        return self.stats[:, -1].astype(np.int8)
+
+    @classmethod
+    def empty(cls, count: int, terms: int, status: Status) -> "Fit":
+        """Nothing matched yet."""
+        from ploughval.piv.kernel import STATS
+
+        return cls(np.zeros((count, 2, terms)), np.zeros((count, STATS)), np.full(count, status, np.int8))
+
     def put(self, index: NDArray[np.intp], other: "Fit") -> None:
         """Overwrite the points of an index with another fit."""
         self.params[index] = other.params
@@ -71,13 +98,32 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two pictures ready to be matched: coefficients of both and the usable pixels of the reference."""
+    """Two pictures ready to be matched.
 
-    reference: NDArray[np.float32]
-    current: NDArray[np.float32]
+    Attributes
+    ----------
+    reference : Planes
+        Values and slopes of the reference.
+    mask : (H, W) uint8
+        Usable pixels of the reference.
+    current : (H + 2 PAD, W + 2 PAD) float32
+        Spline coefficients of the current picture.
+    seen : (H, W) uint8, or (1, 1) where all are
+        Usable pixels of the current picture.
+    noise_variance : float, grey levels^2
+        Of one picture; the steps of a match are as long as they should only when it is known.
+    """
+
+    reference: Planes
     mask: NDArray[np.uint8]
+    current: NDArray[np.float32]
+    seen: NDArray[np.uint8]
     recipe: Recipe
     workers: int = 1
+    noise_variance: float = 0.0
+
+
+ALL_SEEN = np.ones((1, 1), np.uint8)
 
 
 def centres_of(points: Floats) -> NDArray[np.int64]:
@@ -110,7 +156,42 @@ def params_from(displacement: Floats, recipe: Recipe) -> Floats:
     return params
 
 
-def match(pair: Pair, points: Floats, guess: Floats, *, limit: float | None = None) -> Fit:
+def kernel_input(pair: Pair) -> tuple["sampling.Pictures", "sampling.Tables"]:
+    """What the kernel reads of a pair and of its recipe."""
+    from ploughval.piv import sampling  # numba is imported where it is first needed
+
+    planes = pair.reference
+    pictures = sampling.Pictures(
+        planes.value, planes.slope_x, planes.slope_y, planes.product, pair.mask, pair.current, pair.seen
+    )
+    recipe = pair.recipe
+    return pictures, _tables(recipe.subset, recipe.order, recipe.spline)
+
+
+@lru_cache(maxsize=32)
+def _tables(subset: int, order: int, spline: int) -> "sampling.Tables":
+    """Tables of a recipe: monomials up to twice the order, and which of them a product of two is."""
+    from ploughval.piv import sampling
+
+    recipe = Recipe(subset, order, spline)
+    moments = _MOMENTS[: (1, 6, 15)[order]]
+    wide = sampling.wide_of(subset)
+    axis = np.arange(-recipe.half, recipe.half + 1) / max(recipe.half, 1)
+    xi, eta = np.meshgrid(axis, axis)
+    mono = np.zeros((len(moments), subset, wide), np.float32)
+    for m, (a, b) in enumerate(moments):
+        mono[m, :, :subset] = xi**a * eta**b
+    pairs = np.zeros((recipe.terms, recipe.terms), np.int64)
+    for k, (a, b) in enumerate(_MOMENTS[: recipe.terms]):
+        for m, (c, d) in enumerate(_MOMENTS[: recipe.terms]):
+            pairs[k, m] = _MOMENTS.index((a + c, b + d))
+    flat = np.ascontiguousarray(mono.reshape(len(moments), -1))
+    return sampling.Tables(subset, recipe.terms, centred_polynomials(spline), flat, pairs)
+
+
+def match(
+    pair: Pair, points: Floats, guess: Floats, *, limit: float | None = None, cuts: Floats | None = None
+) -> Fit:
     """Match the subsets of points, starting from given parameters.
 
     Parameters
@@ -123,57 +204,58 @@ def match(pair: Pair, points: Floats, guess: Floats, *, limit: float | None = No
         Parameters to start from.
     limit : float, px
         Farthest that a subset may leave its guess; absent: half a subset.
+    cuts : (N, 3) float
+        Only pixels beyond a line are used: ``x cuts[0] + y cuts[1] > cuts[2]`` about the subset's centre, px.
 
     Returns
     -------
     Fit
         Status OK, MASKED, EDGE, FLAT or NOT_CONVERGED; not judged yet.
     """
-    reach = float(pair.recipe.half if limit is None else limit)
-    return _run(pair, points, np.asarray(guess, np.float64)[:, None], np.array([reach]))
-
-
-def match_split(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
-    """Match only the part of each subset that moves with its centre.
-
-    Parameters
-    ----------
-    pair : Pair
-        Both pictures.
-    points : (N, 2) float, px
-        Material points in the reference picture.
-    candidates : (N, K, 2, terms) float
-        Parameters to try for each; NaN: none.
-    allowed : (4,) float
-        See ``kernel.match_points``.
-    """
-    return _run(pair, points, candidates, np.asarray(allowed, np.float64))
-
-
-def _run(pair: Pair, points: Floats, candidates: Floats, allowed: Floats) -> Fit:
-    """Call the kernel on chunks of points, in as many threads as the pair allows."""
-    from ploughval.piv import kernel, sampling  # numba is imported where it is first needed
+    from ploughval.piv import kernel, sampling
 
     recipe, count, centres = pair.recipe, len(points), centres_of(points)
-    tries = np.array(candidates, np.float64).reshape(count, candidates.shape[1], 2 * recipe.terms)
+    params = np.array(guess, np.float64).reshape(count, 2 * recipe.terms)
     stats, status = np.zeros((count, kernel.STATS)), np.zeros(count, np.int8)
-    pictures = sampling.Pictures(pair.reference, pair.current, pair.mask)
-    poly = basis_polynomials(recipe.spline).astype(np.float32)
-    tables = sampling.Tables(recipe.subset, node_taps(recipe.spline, recipe.smooth_px), poly, recipe.grid())
+    pictures, tables = kernel_input(pair)
+    lines = np.zeros((0, 3)) if cuts is None else np.asarray(cuts, np.float64)
+    limits = np.array(
+        [
+            pair.recipe.half if limit is None else limit,
+            pair.noise_variance * slope_noise(recipe.spline, recipe.slopes),
+        ]
+    )
 
-    def run(start: int) -> None:
-        part = slice(start, start + CHUNK)
+    def run(part: slice) -> None:
         work = sampling.make_work(recipe.subset, recipe.terms)
         results = kernel.Results(stats[part], status[part])
-        kernel.match_points(pictures, tables, centres[part], tries[part], results, allowed, work)
+        kernel.match_points(pictures, tables, centres[part], params[part], results, limits, lines[part], work)
 
-    starts = range(0, count, CHUNK)
-    if pair.workers > 1 and len(starts) > 1:
-        with ThreadPoolExecutor(pair.workers) as pool:
-            list(pool.map(run, starts))
+    in_chunks(run, count, pair.workers)
+    out = params.reshape(count, 2, recipe.terms)
+    status[~np.isfinite(out).all(axis=(1, 2)) & (status == Status.OK)] = Status.NOT_CONVERGED
+    return Fit(out, stats, status)
+
+
+def in_chunks(run: Callable[[slice], None], count: int, workers: int) -> None:
+    """Call a function on chunks of a range, in as many threads as allowed."""
+    parts = [slice(start, start + CHUNK) for start in range(0, count, CHUNK)]
+    if workers > 1 and len(parts) > 1:
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(run, parts))
     else:
-        for start in starts:
-            run(start)
-    params = tries[:, 0].reshape(count, 2, recipe.terms).copy()
-    status[~np.isfinite(params).all(axis=(1, 2)) & (status == Status.OK)] = Status.NOT_CONVERGED
-    return Fit(params, stats, status)
+        for part in parts:
+            run(part)
+
+
+def read_subsets(pair: Pair, points: Floats, params: Floats) -> NDArray[np.float32]:
+    """Residuals, slopes in x and y, and weights of subsets, (N, 4, side, side)."""
+    from ploughval.piv import kernel, sampling
+
+    side, wide = pair.recipe.subset, sampling.wide_of(pair.recipe.subset)
+    pictures, tables = kernel_input(pair)
+    out = np.zeros((len(points), 4, side * wide), np.float32)
+    work = sampling.make_work(side, pair.recipe.terms)
+    flat = np.ascontiguousarray(params.reshape(len(points), -1))
+    kernel.read_points(pictures, tables, centres_of(points), flat, out, work)
+    return out.reshape(len(points), 4, side, wide)[..., :side]

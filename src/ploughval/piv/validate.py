@@ -11,26 +11,27 @@ Floats = NDArray[np.float64]
 NEIGHBOURS = 8
 
 
-def least_zncc(fit: Fit, zncc_min: float) -> Floats:
+def least_zncc(fit: Fit, zncc_min: float, noise_variance: float) -> Floats:
     """Least correlation that makes each vector valid, (N,).
 
     Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what the
-    better half of the points reaches. It never falls below what chance reaches: 4.5 / sqrt(n), with n the
-    independent grey values of the subset (its area over pi times the squared length of correlation).
+    better half of the points reaches. It never falls below what chance reaches: 4.5 standard deviations of
+    the correlation of unrelated texture, 1 / sqrt(n) with n the independent grey values of the subset.
+    A grain covers pi times its squared length of correlation; noise is independent from pixel to pixel.
     """
     count = np.maximum(fit.stats[:, 4], 1.0)
-    # Squared length of correlation: variance of the grey values over their mean squared slope.
-    area = np.pi * fit.stats[:, 6] / np.maximum(fit.stats[:, 9], 1e-12)
-    independent = count / np.clip(area, 1.0, count)
+    texture = np.clip(1.0 - noise_variance / np.maximum(fit.stats[:, 6], 1e-12), 0.0, 1.0)
+    grain = np.pi * texture * fit.stats[:, 6] / np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
+    independent = count / np.clip(1.0 + texture**2 * (grain - 1.0), 1.0, count)
     chance = np.minimum(4.5 / np.sqrt(independent), zncc_min)
     seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance)]
     usual = float(np.percentile(seen, 75)) if seen.size else 1.0
     return np.asarray(np.maximum(chance, zncc_min * usual))
 
 
-def judge_correlation(fit: Fit, zncc_min: float) -> None:
+def judge_correlation(fit: Fit, zncc_min: float, noise_variance: float) -> None:
     """Mark converged vectors whose correlation is too low, in place."""
-    low = (fit.status == Status.OK) & ~(fit.zncc >= least_zncc(fit, zncc_min))
+    low = (fit.status == Status.OK) & ~(fit.zncc >= least_zncc(fit, zncc_min, noise_variance))
     fit.status[low] = Status.LOW_CORRELATION
 
 

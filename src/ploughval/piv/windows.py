@@ -6,11 +6,12 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
 from ploughval.piv.guess import Greys
-from ploughval.piv.split import mismatch_px
-from ploughval.piv.subsets import Fit, Floats, Pair, centres_of, match
+from ploughval.piv.refine import mismatch_px
+from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, match
 
 Index = NDArray[np.intp]
 
@@ -30,6 +31,12 @@ TRIES = 3
 """Windows of one side that are matched until one will do."""
 WHOLE = -1
 """Number of the window of a point whose whole subset is matched."""
+NEAREST = 64
+"""Neighbours that are looked at: enough to see the other side of a band."""
+CANDIDATES = 3
+"""Displacements of neighbours that are tried for each point."""
+REACH = 2.0
+"""Neighbours count within so many subsets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +66,42 @@ def shapes_of(subset: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
             sides.append(side)
             shifts.append(step)
     return np.array(sides, np.int64), np.array(shifts, np.int64).reshape(-1, 2)
+
+
+def near_motion(
+    known: Floats, displacement: Floats, points: Floats, reach_px: float
+) -> tuple[Floats, Floats]:
+    """Offsets and displacements (I, NEAREST, 2) of the nearest known points within reach, NaN: none."""
+    count = len(known)
+    if count < 3 or len(points) == 0:
+        nothing = np.full((len(points), NEAREST, 2), np.nan)
+        return nothing, nothing.copy()
+    distance, near = cKDTree(known).query(points, k=min(NEAREST, count), distance_upper_bound=reach_px)
+    place = np.vstack([known, [[np.nan, np.nan]]])[near] - points[:, None]
+    moved = np.vstack([displacement, [[np.nan, np.nan]]])[near]
+    moved[~np.isfinite(distance)] = np.nan
+    return place, moved
+
+
+def _distinct(moved: Floats) -> Floats:
+    """The nearest neighbour's displacement, then those that differ most from the ones before (by 0.5 px)."""
+    kept = [0]
+    apart = np.abs(moved - moved[0]).max(axis=1)
+    while len(kept) < CANDIDATES and apart.max() > 0.5:
+        kept.append(int(np.argmax(apart)))
+        apart = np.minimum(apart, np.abs(moved - moved[kept[-1]]).max(axis=1))
+    return moved[kept]
+
+
+def distinct_motions(moved: Floats) -> Floats:
+    """Displacements (I, CANDIDATES, 2) of neighbours (I, K, 2) that differ from each other, NaN: no more."""
+    out = np.full((len(moved), CANDIDATES, 2), np.nan)
+    for k in range(len(moved)):
+        some = moved[k][np.isfinite(moved[k, :, 0])]
+        if len(some):
+            picked = _distinct(some)
+            out[k, : len(picked)] = picked
+    return out
 
 
 def rank_windows(greys: Greys, points: Floats, candidates: Floats, subset: int) -> Floats:
@@ -125,11 +168,7 @@ def match_windows(pair: Pair, points: Floats, candidates: Floats, ranks: Floats,
         Status OK, or LOW_CORRELATION where no window will do; parameters are those of the pair's recipe.
     """
     sides, shifts = shapes_of(pair.recipe.subset)
-    best = Fit(
-        np.zeros((len(points), 2, pair.recipe.terms)),
-        np.zeros((len(points), 10)),
-        np.full(len(points), Status.LOW_CORRELATION, np.int8),
-    )
+    best = Fit.empty(len(points), pair.recipe.terms, Status.LOW_CORRELATION)
     chosen = np.full(len(points), WHOLE, np.intp)
     for side in np.unique(sides)[::-1]:
         rank = np.where(sides == side, ranks, -1.0).reshape(len(points), ranks.shape[1] * len(sides))
@@ -174,4 +213,5 @@ def _match_some(pair: Pair, places: Floats, displacement: Floats, side: int) -> 
     found = match(replace(pair, recipe=recipe), centres, displacement[:, :, None], limit=LIMIT_PX)
     params = np.zeros((len(places), 2, pair.recipe.terms))
     params[:, :, :1] = found.params
+    found.stats[:, -1] = Description.WINDOW
     return Fit(params, found.stats, found.status)
