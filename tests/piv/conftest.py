@@ -23,11 +23,9 @@ class Sand:
         picture += np.random.default_rng(seed).normal(0, noise, self.shape) if noise else 0.0
         if kind == np.uint16:
             picture *= 200
-        return (
-            picture.astype(np.float32)
-            if kind == np.float32
-            else np.round(picture.clip(0, 60000)).astype(kind)
-        )
+        if kind == np.float32:
+            return picture.astype(np.float32)
+        return np.round(picture.clip(0, np.iinfo(kind).max)).astype(kind)
 
     def points(self, spacing, margin=24):
         """Grid of points away from the border, (N, 2) px."""

@@ -7,7 +7,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
-from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, in_chunks, kernel_input
+from ploughval.piv.subsets import (
+    Description,
+    Fit,
+    Floats,
+    Pair,
+    centres_of,
+    in_chunks,
+    kernel_input,
+    noise_in_slopes,
+)
 
 NEAREST = 48
 """Neighbours that are looked at: enough to see the other side of a band."""
@@ -129,9 +138,8 @@ def match_bands(pair: Pair, points: Floats, starts: Floats, enough: float) -> Ba
     def run(part: slice) -> None:
         band = band_kernel.make_band_work(recipe.subset, recipe.terms)
         chunk = band_kernel.BandPoints(centres[part], offsets[part], tries[part], motion[part])
-        band_kernel.match_bands(
-            pictures, tables, chunk, kernel.Results(stats[part], status[part]), enough, band
-        )
+        results = kernel.Results(stats[part], status[part])
+        band_kernel.match_bands(pictures, tables, chunk, results, enough, noise_in_slopes(pair), band)
 
     in_chunks(run, count, pair.workers)
     stats[:, -1] = Description.BAND

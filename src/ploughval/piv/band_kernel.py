@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from ploughval.axes import Status
-from ploughval.piv.kernel import STATS, Results, centre, difference, dot, drop, invert
+from ploughval.piv.kernel import STATS, Results, answers, centre, difference, dot, drop, invert
 from ploughval.piv.sampling import (
     KERNEL,
     OK,
@@ -170,18 +170,18 @@ def _columns(tables: Tables, p: Floats, band: BandWork) -> None:
 
 
 @compiled
-def _normal(band: BandWork, n: int, count: float, ff: float, scale: float) -> None:
+def _normal(band: BandWork, n: int, count: float, ff: float) -> None:
     """Normal matrix, free of gain and offset, and right-hand side."""
-    f, g, matrix = band.work.f[:n], band.work.g[:n], band.matrix
+    f, r, matrix = band.work.f[:n], band.work.g[:n], band.matrix
     for k in range(TERMS):
         a = band.pixels[3 + k, :n]
-        total, along, other = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+        whole, along, other = np.float32(0.0), np.float32(0.0), np.float32(0.0)
         for i in range(n):
-            total += a[i]
+            whole += a[i]
             along += a[i] * f[i]
-            other += a[i] * g[i]
-        band.rhs[k] = (1.0 - scale) * along - scale * other
-        band.sums[0, k], band.sums[1, k] = total, along
+            other += a[i] * r[i]
+        band.rhs[k] = other
+        band.sums[0, k], band.sums[1, k] = whole, along
         for m in range(k + 1):
             b = band.pixels[3 + m, :n]
             product = np.float32(0.0)
@@ -209,16 +209,14 @@ def _damp(band: BandWork, damping: float) -> bool:
 def _correlation(
     pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, band: BandWork, count: float
 ) -> tuple[float, float]:
-    """Correlation at p (-2: pixels leave the picture) and the gain; the difference is left in work.g."""
+    """Correlation at p (-2: pixels leave the picture) and the gain; the residuals are left in work.g."""
     n = tables.mono.shape[1]
     _step(p, tables.side, band.pixels)
     if _sample(pictures, tables, cx, cy, p, band) > 0:
         return -2.0, 0.0
-    square, along = difference(band.work, n, count)
-    ff = dot(band.work.f, band.work.f, n)
-    gg = max(ff + 2.0 * along + square, 1e-12 * ff)
-    scale = np.sqrt(ff / gg)
-    return scale * (ff + along) / ff, scale
+    norm = np.sqrt(dot(band.work.f, band.work.f, n))
+    zncc, scale = difference(band.work, n, count, norm)
+    return float(zncc), float(scale)
 
 
 @compiled
@@ -294,19 +292,19 @@ def _fit(
     band.state[2] = 1e-2
     for iteration in range(ITERATIONS):
         _columns(tables, p, band)
-        _normal(band, n, count, ff, band.state[1])
+        _normal(band, n, count, ff)
         stats[5] = iteration + 1.0
         if _try_steps(pictures, tables, cx, cy, p, band, count):
             status = OK
             break
-    zncc, scale = _correlation(pictures, tables, cx, cy, p, band, count)
+    zncc, _ = _correlation(pictures, tables, cx, cy, p, band, count)
     if zncc < -1.0:
         return NOT_CONVERGED
     _columns(tables, p, band)
-    _normal(band, n, count, ff, scale)
+    _normal(band, n, count, ff)
     if not _damp(band, 1e-6):
         return NOT_CONVERGED
-    stats[0], stats[1] = zncc, 2.0 * ff * (1.0 - zncc) / max(count - 2.0 - TERMS, 1.0)
+    stats[0], stats[1] = zncc, dot(band.work.g, band.work.g, n) / max(count - 2.0 - TERMS, 1.0)
     stats[4], stats[6] = count, ff / count
     return status
 
@@ -347,6 +345,7 @@ def match_bands(
     points: BandPoints,
     results: Results,
     enough: float,
+    slope_noise: float,
     band: BandWork,
 ) -> None:
     """Match a chunk of subsets that a band crosses, each from several starts; the best correlation counts.
@@ -361,9 +360,12 @@ def match_bands(
         Set on return.
     enough : float, grey levels^2
         Residual variance at which no further start is tried.
+    slope_noise : float, grey levels^2 px^-2
+        What noise adds to the product of smoothed and plain slope, a pixel.
     band : BandWork
         Scratch of this thread.
     """
+    n_all = tables.mono.shape[1]
     for n in range(points.centres.shape[0]):
         cx, cy = points.centres[n, 0], points.centres[n, 1]
         stats = results.stats[n]
@@ -382,6 +384,9 @@ def match_bands(
                 code = OK
                 stats[7] /= 2.0 * max(stats[4], 1.0)
                 stats[9] = stats[7] * ratio
+                band.work.moments[0, 0] = dot(band.work.slope_x, band.work.slope_x, n_all)
+                band.work.moments[2, 0] = dot(band.work.slope_y, band.work.slope_y, n_all)
+                answers(band.work, stats[4], slope_noise, stats)
                 _at_point(p, points.offsets[n, 0], points.offsets[n, 1], band, stats, points.motion[n])
                 copy(stats, band.kept)
                 copy(p, band.best)

@@ -34,14 +34,11 @@ def _errors(
     work.level[1] = 0.0
     count, norm = centre(work, n)
     work.level[0] = work.level[1]
-    square, along = difference(work, n, count)
-    gg = norm * norm + 2.0 * along + square
-    if not (norm > 0.0 and gg > 0.0):
+    if not norm > 0.0:
         return False
-    scale = np.float32(norm / np.sqrt(gg))
+    difference(work, n, count, norm)
     for i in range(n):
-        r = (np.float32(1.0) - scale) * work.f[i] - scale * work.g[i]
-        out[i] = r * r
+        out[i] = work.g[i] * work.g[i]
     return True
 
 

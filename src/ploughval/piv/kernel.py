@@ -31,11 +31,14 @@ STEP_PX = 5e-4
 """Gauss-Newton has converged when no corner of the subset moves by more than this."""
 STEP_SHARE = 0.01
 """Or by more than this share of the standard deviation that the residuals give the centre."""
+LEAST_SLOPE = 1e-4
+"""Share of the squared slopes that gain and offset must leave."""
 ITERATIONS = 30
-STATS = 11
-"""Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of
-the grey values, mean square of a slope, its product with the plain slope over that (freed from noise), that
-product (not freed), and which description was matched (:class:`subsets.Description`)."""
+STATS = 13
+"""Columns of stats: zncc, residual variance, variance factors in x and y, pixels, iterations, variance of the
+grey values, mean square of a slope, its product with the plain slope over that (freed from noise), that
+product (not freed), what residuals answer to in x and y over the squared slopes (freed), and which
+description was matched (:class:`subsets.Description`)."""
 
 
 class Results(NamedTuple):
@@ -46,21 +49,21 @@ class Results(NamedTuple):
 
 
 @compiled
-def _sum(values: Singles, n: int) -> float:
+def total(values: Singles, n: int) -> float:
     """Sum of the first n elements."""
-    total = np.float32(0.0)
+    whole = np.float32(0.0)
     for i in range(n):
-        total += values[i]
-    return float(total)
+        whole += values[i]
+    return float(whole)
 
 
 @compiled
 def dot(a: Singles, b: Singles, n: int) -> float:
     """Product of the first n elements."""
-    total = np.float32(0.0)
+    whole = np.float32(0.0)
     for i in range(n):
-        total += a[i] * b[i]
-    return float(total)
+        whole += a[i] * b[i]
+    return float(whole)
 
 
 @compiled
@@ -70,8 +73,8 @@ def centre(work: Work, n: int) -> tuple[float, float]:
     base = f[n // 2]
     for i in range(n):
         f[i] = w[i] * (f[i] - base)
-    count = _sum(w, n)
-    mean = np.float32(_sum(f, n) / max(count, 1.0))
+    count = total(w, n)
+    mean = np.float32(total(f, n) / max(count, 1.0))
     for i in range(n):
         f[i] -= w[i] * mean
     work.level[1] += float(base) + float(mean)
@@ -150,11 +153,14 @@ def _prepare(tables: Tables, work: Work) -> tuple[float, float]:
     for k in range(size):
         for m in range(k, size):
             kind = (k >= terms) + (m >= terms)
-            total = work.moments[kind, tables.pairs[k % terms, m % terms]]
-            total -= work.sums[1, k] * work.sums[1, m] / (norm * norm)
-            total -= work.sums[0, k] * work.sums[0, m] / count
-            work.hessian[k, m] = total
-            work.hessian[m, k] = total
+            whole = work.moments[kind, tables.pairs[k % terms, m % terms]]
+            value = whole - work.sums[1, k] * work.sums[1, m] / (norm * norm)
+            value -= work.sums[0, k] * work.sums[0, m] / count
+            work.hessian[k, m] = value
+            work.hessian[m, k] = value
+            # Even light has slopes, but none that gain and offset do not explain: rounding is left.
+            if k == m and not value > LEAST_SLOPE * whole:
+                return count, 0.0
     return count, norm if invert(work.hessian, work.inverse) else 0.0
 
 
@@ -190,41 +196,48 @@ def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
 
 
 @compiled
-def difference(work: Work, n: int, count: float) -> tuple[float, float]:
-    """Turn g into the difference from f, both free of their means; its square and its product with f."""
+def difference(work: Work, n: int, count: float, norm: float) -> tuple[float, float]:
+    """Turn g into what f leaves of it, both free of their means and g of its gain; correlation and gain."""
     f, g, w = work.f[:n], work.g[:n], work.weight[:n]
     base = np.float32(work.level[0])
     for i in range(n):
-        g[i] = w[i] * (g[i] - base) - f[i]
-    mean = np.float32(_sum(g, n) / max(count, 1.0))
-    square, product = np.float32(0.0), np.float32(0.0)
+        g[i] = w[i] * (g[i] - base)
+    mean = np.float32(total(g, n) / max(count, 1.0))
+    square, along = np.float32(0.0), np.float32(0.0)
     for i in range(n):
         g[i] -= w[i] * mean
         square += g[i] * g[i]
-        product += f[i] * g[i]
+        along += f[i] * g[i]
     work.level[0] += float(mean)
-    return float(square), float(product)
+    flat = 1e-6 * (abs(work.level[0]) + 1e-30)
+    if not float(square) > count * flat * flat:
+        for i in range(n):
+            g[i] = f[i]
+        return 0.0, 0.0
+    scale = np.float32(norm / np.sqrt(square))
+    for i in range(n):
+        g[i] = f[i] - scale * g[i]
+    return min(float(along) * float(scale) / (norm * norm), 1.0), float(scale)
 
 
 @compiled
-def _advance(tables: Tables, work: Work, scale: float, ratio: float) -> None:
-    """The step that the difference between both subsets calls for."""
+def _advance(tables: Tables, work: Work, ratio: float) -> None:
+    """The step that the residuals call for."""
     n, terms = tables.mono.shape[1], tables.terms
-    sx, sy, d = work.slope_x[:n], work.slope_y[:n], work.g[:n]
+    sx, sy, r = work.slope_x[:n], work.slope_y[:n], work.g[:n]
     for m in range(terms):
         shape = tables.mono[m, :n]
         x, y = np.float32(0.0), np.float32(0.0)
         for i in range(n):
-            a = shape[i] * d[i]
+            a = shape[i] * r[i]
             x += a * sx[i]
             y += a * sy[i]
-        work.rhs[m] = scale * x - (1.0 - scale) * work.sums[1, m]
-        work.rhs[terms + m] = scale * y - (1.0 - scale) * work.sums[1, terms + m]
+        work.rhs[m], work.rhs[terms + m] = -x, -y
     for k in range(work.rhs.size):
-        total = 0.0
+        whole = 0.0
         for m in range(work.rhs.size):
-            total += work.inverse[k, m] * work.rhs[m]
-        work.step[k] = total / ratio
+            whole += work.inverse[k, m] * work.rhs[m]
+        work.step[k] = whole / ratio
 
 
 @compiled
@@ -238,6 +251,15 @@ def _turned(step: Floats, last: Floats) -> float:
         along += step[m] * last[m]
         square += last[m] * last[m]
     return 0.6 if along < -0.5 * square else 1.0
+
+
+@compiled
+def answers(work: Work, count: float, slope_noise: float, stats: Floats) -> None:
+    """What residuals answer to in x and y over the squared slopes: plain slopes, freed from noise."""
+    raw = work.slopes[1] / max(work.slopes[0], 1e-300)
+    for axis in range(2):
+        squares = work.moments[2 * axis, 0]
+        stats[10 + axis] = raw - 0.5 * slope_noise * count / max(squares, 1e-300)
 
 
 @compiled
@@ -257,6 +279,7 @@ def match_subset(
     ratio = min(max(product / max(work.slopes[0], 1e-300), 0.25), 2.5)
     stats[7], stats[8] = work.slopes[0] / (2.0 * max(count, 1.0)), ratio
     stats[9] = work.slopes[1] / (2.0 * max(count, 1.0))
+    answers(work, count, limits[1], stats)
     n = tables.mono.shape[1]
     work.last[:] = 0.0
     damping = 1.0
@@ -270,16 +293,12 @@ def match_subset(
                 return EDGE
             if norm == 0.0:
                 return FLAT
-        square, along = difference(work, n, count)
-        ff = norm * norm
-        gg = max(ff + 2.0 * along + square, 0.0)
-        scale = np.sqrt(ff / gg) if gg > 1e-24 * ff else 0.0
-        _advance(tables, work, scale, ratio)
-        along = scale * (ff + along)
-        stats[0] = along / ff
-        stats[1] = max(2.0 * (ff - along), 0.0) / max(count - 2.0 - 2.0 * terms, 1.0)
+        zncc, _ = difference(work, n, count, norm)
+        _advance(tables, work, ratio)
+        stats[0] = zncc
+        stats[1] = dot(work.g, work.g, n) / max(count - 2.0 - 2.0 * terms, 1.0)
         stats[2], stats[3] = work.inverse[0, 0], work.inverse[terms, terms]
-        stats[4], stats[5], stats[6] = count, iteration + 1.0, ff / count
+        stats[4], stats[5], stats[6] = count, iteration + 1.0, norm * norm / count
         damping *= _turned(work.step, work.last)
         for m in range(2 * terms):
             work.last[m] = work.step[m]
@@ -377,9 +396,7 @@ def read_points(
         drop(work, n)
         count, norm = centre(work, n)
         work.level[0] = work.level[1]
-        square, product = difference(work, n, count)
-        gg = norm * norm + 2.0 * product + square
-        scale = norm / np.sqrt(gg) if gg > 0.0 else 0.0
+        difference(work, n, count, norm)
         for i in range(n):
-            out[k, 0, i] = np.float32((1.0 - scale) * work.f[i] - scale * work.g[i])
+            out[k, 0, i] = work.g[i]
             out[k, 1, i], out[k, 2, i], out[k, 3, i] = work.slope_x[i], work.slope_y[i], work.weight[i]

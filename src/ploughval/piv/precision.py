@@ -18,10 +18,13 @@ SAMPLE = 96
 """Points on which the noise of a pair is judged."""
 READ = 96
 """Points of them whose residuals are read pixel by pixel."""
+LEAST_ANSWER = 0.02
+"""Least share of the slopes that is not noise: less is told as so much."""
 STRIP, STRIPS = 24, 8
 """Height and number of the strips of a picture on which its noise is bounded."""
-LAGS = 3
-"""Residuals are taken to be correlated over so many px."""
+LENGTHS = 2.0
+"""Residuals are taken to be correlated over so many lengths of the texture's correlation."""
+MOST_LAGS = 12
 NOISE_STEPS = (0.004, 0.3)
 """Noise variance over mean squared slope, px^2, at which another filter of the slopes has the least error."""
 FILTERS = (SlopeFilter.NARROW, SlopeFilter.WIDE, SlopeFilter.SOFT)
@@ -66,7 +69,7 @@ def judge_noise(pair: Pair, points: Floats, start: Floats, given: float | None) 
     fit = match(pair, points[some], params_from(start[some], pair.recipe))
     bound = noise_bound(pair.reference.value)
     good = np.flatnonzero(
-        (fit.zncc > least_zncc(fit, 0.3, bound)) & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
+        (fit.zncc > least_zncc(fit, 0.0, bound)) & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
     )
     known = 0.0 if given is None else given**2
     if good.size < max(3, 0.1 * some.size):
@@ -91,11 +94,15 @@ def with_correlation(noise: Noise, pair: Pair, points: Floats, fit: Fit) -> Nois
         return noise
     calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
     calm = calm[np.linspace(0, calm.size - 1, min(READ, calm.size)).astype(int)]
+    some = fit.stats[calm]
+    texture = np.maximum(some[:, 6] - noise.variance, 0.0) / np.maximum(some[:, 7] * some[:, 8], 1e-12)
+    lags = int(np.clip(np.ceil(LENGTHS * np.sqrt(np.median(texture))), 1, MOST_LAGS))
+    lags = min(lags, pair.recipe.subset // 6)
     subsets = read_subsets(pair, points[calm], fit.params[calm])
-    return replace(noise, correlated=_correlation(subsets, pair.recipe.terms))
+    return replace(noise, correlated=_correlation(subsets, lags, pair.recipe.terms))
 
 
-def _correlation(subsets: NDArray[np.float32], terms: int) -> tuple[float, float]:
+def _correlation(subsets: NDArray[np.float32], lags: int, terms: int) -> tuple[float, float]:
     """Variance of the sum of slope times residual over that of white residuals, for x and y.
 
     The sum over lags of the products' covariance (Newey & West 1987, in the plane). The fit makes the
@@ -105,12 +112,12 @@ def _correlation(subsets: NDArray[np.float32], terms: int) -> tuple[float, float
     residual, slopes = subsets[:, 0], subsets[:, 1:3]
     side = residual.shape[-1]
     square = np.mean(residual**2, axis=(1, 2)) * np.mean(slopes**2, axis=(2, 3)).T
-    if side < 6 * LAGS or not (square.sum(axis=1) > 0).all():
+    if lags < 1 or not (square.sum(axis=1) > 0).all():
         return 1.0, 1.0
     product = slopes * residual[:, None]
-    width = 2 * LAGS + 1
+    width = 2 * lags + 1
     around = uniform_filter(product, size=(1, 1, width, width), mode="constant") * width**2
-    core = slice(LAGS, side - LAGS)
+    core = slice(lags, side - lags)
     total = np.mean((product * around)[:, :, core, core], axis=(0, 2, 3))
     total /= np.mean(square, axis=1) * max(1.0 - terms * width**2 / side**2, 0.5)
     kept = np.clip(total, 0.25, 16.0)
@@ -147,9 +154,10 @@ def predict_std(fit: Fit, noise: Noise) -> Floats:
     (N, 2) float, px
         std^2 = s^2 c [H^-1] / r^2 with s^2 the residual variance (twice the noise variance where it is
         given), c the correlation of residuals, H the Hessian of the subset, freed from gain and offset, and
-        r what the residuals answer to over it: the plain slopes, freed from noise.
+        r what the residuals answer to over it, for each axis: the plain slopes, freed from noise. Along an
+        edge nothing but noise has a slope, and r is nearly zero.
     """
     variance = np.full(fit.zncc.shape, 2.0 * noise.variance) if noise.given else fit.stats[:, 1]
     factor = np.ones(2) if noise.given else np.array(noise.correlated)
-    answer = np.maximum(fit.stats[:, 8], 0.1)
-    return np.asarray(np.sqrt(variance[:, None] * factor * fit.stats[:, 2:4]) / answer[:, None])
+    answer = np.maximum(fit.stats[:, 10:12], LEAST_ANSWER)
+    return np.asarray(np.sqrt(variance[:, None] * factor * fit.stats[:, 2:4]) / answer)

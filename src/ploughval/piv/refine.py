@@ -1,33 +1,27 @@
-"""Richer descriptions where a plain subset does not do: curvature, smaller subsets, shear bands.
+"""Richer descriptions where a plain subset does not do: curvature first, then shear bands."""
 
-A point is suspect when its residuals exceed the noise, or when its neighbours, carried on along their
-gradients, disagree with it. Among plain and quadratic subsets the smoothest one is taken that agrees with
-all finer ones within their noise (Lepski 1991): the least total error of bias and noise. What still does not
-fit is a band.
-"""
-
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.band import REACH, Bands, match_bands, neighbours_bands, starts_of, two_sides
+from ploughval.piv.curvature import EXPLAINED, bends, follow_curvature, worth
+from ploughval.piv.precision import Noise, predict_std
 from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, match
-from ploughval.piv.validate import NEIGHBOURS, gather, least_zncc, neighbours_of
+from ploughval.piv.validate import least_zncc
 
 Index = NDArray[np.intp]
 
 MISMATCH_PX = 0.05
 """Residuals beyond noise that answer to this mismatch make a vector suspect."""
-DISAGREES = 5.0
-"""Standard deviations by which neighbours carried on may disagree."""
-LEAST_PX = 0.003
-"""Disagreement that never matters."""
-AGREES = 2.5
-"""A smoother description agrees with a finer one within so many of the finer one's standard deviations."""
+MOST_CORRELATED = 3.0
+"""Factor on the variance beyond which correlation of residuals is taken to come from the motion."""
 ENOUGH = 1.3
 """Residual variance over that of undisturbed subsets at which no other start is tried."""
+BARE_PX = 0.5
+"""A side whose motion is less certain is taken to have no texture."""
 GRAIN_PX = 1.5
 """Grains reach this far out of a band."""
 ROUNDS = 2
@@ -47,11 +41,6 @@ def mismatch_px(fit: Fit, level: float) -> Floats:
     return np.asarray(np.sqrt(np.maximum(fit.stats[:, 1] - 1.5 * level, 0.0) / slope))
 
 
-def spread_px(fit: Fit) -> Floats:
-    """Standard deviation (N, 2) of the displacement if residuals were white, px."""
-    return np.asarray(np.sqrt(fit.stats[:, 1:2] * fit.stats[:, 2:4]) / np.maximum(fit.stats[:, 8:9], 0.1))
-
-
 def suspects(fit: Fit, level: float) -> Index:
     """Points that failed, or whose residuals say that part of the subset moves otherwise."""
     failed = np.isin(fit.status, (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER))
@@ -59,97 +48,66 @@ def suspects(fit: Fit, level: float) -> Index:
     return np.flatnonzero(failed | astray)
 
 
-def curved(pair: Pair, fit: Fit, points: Floats) -> NDArray[np.bool_]:
-    """Whether the motion of a point's neighbours, carried on along their gradients, misses it, (N,)."""
-    flags = np.zeros(len(points), bool)
-    valid = np.flatnonzero(fit.status == Status.OK)
-    if valid.size < 5 or pair.recipe.terms < 3:
-        return flags
-    place, params = points[valid], fit.params[valid]
-    near = neighbours_of(place, NEIGHBOURS)
-    offset = place[:, None] - gather(place, near)
-    around = gather(params, near)
-    carried = around[:, :, :, 0] + np.einsum("nkad,nkd->nka", around[:, :, :, 1:3], offset / pair.recipe.half)
-    carried[~(np.linalg.norm(offset, axis=2) <= pair.recipe.subset)] = np.nan
-    known = np.isfinite(carried[:, :, 0]).any(axis=1)
-    missed = np.abs(np.nanmedian(carried[known], axis=1) - params[known, :, 0])
-    flags[valid[known]] = (missed > DISAGREES * spread_px(fit)[valid[known]] + LEAST_PX).any(axis=1)
-    return flags
+def refine(pair: Pair, fit: Fit, points: Floats, zncc_min: float, noise: Noise, near: Index) -> None:
+    """Match again, in place, the points that a whole plain subset does not describe.
 
-
-def refine(pair: Pair, fit: Fit, points: Floats, zncc_min: float) -> None:
-    """Match again, in place, the points that a whole plain subset does not describe."""
+    ``near`` (N, NEIGHBOURS): neighbours of all points.
+    """
     level = noise_level(fit)
+    # What curvature leaves in residuals is correlated as well, and must not excuse itself.
+    kept = min(noise.correlated[0], MOST_CORRELATED), min(noise.correlated[1], MOST_CORRELATED)
+    noise = replace(noise, correlated=kept)
     doubtful = suspects(fit, level)
-    index = np.union1d(doubtful, np.flatnonzero(curved(pair, fit, points)))
+    missed, bent = bends(pair, fit, points, noise, near)
+    index = np.union1d(doubtful, np.flatnonzero(missed | bent))
     if index.size == 0:
         return
     clean = np.setdiff1d(np.flatnonzero(fit.status == Status.OK), doubtful)
     least = least_zncc(fit, zncc_min, pair.noise_variance)
-    _smoothest(pair, fit, points, index, least)
+    whole = fit.stats[:, 1].copy()
+    whole[fit.status != Status.OK] = np.inf
+    follow_curvature(pair, fit, points, index, bent, least, level, noise)
     torn = suspects(fit, level)
-    sides = two_sides(
-        points[clean], fit.params[clean], points[torn], pair.recipe.half, REACH * pair.recipe.subset
-    )
+    reach = REACH * pair.recipe.subset
+    sides = two_sides(points[clean], fit.params[clean], points[torn], pair.recipe.half, reach)
     two = np.isfinite(sides[:, 0, 0, 0])
     torn, sides = torn[two], sides[two]
     if torn.size:
-        _follow_bands(pair, fit, points, torn, sides, level, least)
+        _follow_bands(pair, fit, points, torn, sides, Limits(level, whole, least, noise))
 
 
-def _smoothest(pair: Pair, fit: Fit, points: Floats, index: Index, least: Floats) -> None:
-    """Take the smoothest of plain, quadratic and small quadratic subsets that agrees with all finer ones."""
-    tried = [fit.take(index)]
-    small = 2 * (pair.recipe.subset // 3) + 1
-    for side, kind in ((pair.recipe.subset, Description.QUADRATIC), (small, Description.QUADRATIC_SMALL)):
-        tried.append(_quadratic(pair, points[index], tried[0].params, side, kind))
-    good = [f.status == Status.OK for f in tried]
-    good = [g & (f.zncc >= least[index]) for g, f in zip(good, tried, strict=True)]
-    open_ = np.ones(index.size, bool)
-    for k, rough in enumerate(tried):
-        agrees = open_ & good[k]
-        for finer, known in zip(tried[k + 1 :], good[k + 1 :], strict=True):
-            apart = np.abs(rough.params[:, :, 0] - finer.params[:, :, 0])
-            agrees &= ~known | (apart <= AGREES * spread_px(finer) + LEAST_PX).all(axis=1)
-        chosen = np.flatnonzero(agrees)
-        fit.put(index[chosen], rough.take(chosen))
-        open_ &= ~agrees
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a band must better: residual variance of undisturbed subsets and of each plain one (N,)."""
+
+    level: float
+    plain: Floats
+    least: Floats
+    noise: Noise
 
 
-def _quadratic(pair: Pair, points: Floats, start: Floats, side: int, kind: Description) -> Fit:
-    """Second-order subsets of a side; parameters are those of the pair's own recipe."""
-    recipe = replace(pair.recipe, order=2, subset=side)
-    terms = pair.recipe.terms
-    scale = (recipe.half / pair.recipe.half) ** np.array([0, 1, 1, 2, 2, 2])
-    guess = np.zeros((len(points), 2, recipe.terms))
-    guess[:, :, :terms] = start
-    new = match(replace(pair, recipe=recipe), points, guess * scale)
-    new.stats[:, -1] = kind
-    return Fit((new.params / scale)[:, :, :terms].copy(), new.stats, new.status)
-
-
-def _follow_bands(
-    pair: Pair, fit: Fit, points: Floats, index: Index, sides: Floats, level: float, least: Floats
-) -> None:
+def _follow_bands(pair: Pair, fit: Fit, points: Floats, index: Index, sides: Floats, limits: Limits) -> None:
     """Match suspects as two sides and a band; those still suspect once more, from bands found beside them."""
-    bands = match_bands(pair, points[index], starts_of(pair, points[index], sides), ENOUGH * level)
+    enough = ENOUGH * limits.level
+    bands = match_bands(pair, points[index], starts_of(pair, points[index], sides), enough)
     params = np.full((len(points), BAND_TERMS), np.nan)
-    _take_bands(fit, index, bands, params, least)
+    _take_bands(fit, index, bands, params, limits)
     for _ in range(ROUNDS):
-        left = np.intersect1d(index, suspects(fit, level))
+        left = np.intersect1d(index, suspects(fit, limits.level))
         starts = neighbours_bands(points, params, left)
         some = np.isfinite(starts[:, 0, 0])
         left, starts = left[some], starts[some]
         if left.size == 0:
             break
-        _take_bands(fit, left, match_bands(pair, points[left], starts, ENOUGH * level), params, least)
-    _own_side(pair, fit, points, params)
+        _take_bands(fit, left, match_bands(pair, points[left], starts, enough), params, limits)
+    _own_side(pair, fit, points, params, limits.noise)
 
 
-def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats) -> None:
+def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats, noise: Noise) -> None:
     """Match points beside a band on the part of their subset that lies on their side, in place.
 
-    What a band does to the sand within it is not known exactly, and is left out.
+    What a band does to the sand within it is not known exactly, and is left out. A side without texture
+    has no motion that could be measured.
     """
     index = np.flatnonzero(np.isfinite(params[:, 0]) & (fit.description == Description.BAND))
     normal = np.stack([np.cos(params[index, 8]), np.sin(params[index, 8])], axis=1)
@@ -164,21 +122,24 @@ def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats) -> None:
     cuts = np.column_stack([normal * sign[:, None], sign * params[index, 9] + room])
     new = match(pair, points[index], fit.params[index], limit=1.0, cuts=cuts)
     new.stats[:, -1] = Description.SIDE
-    good = (new.status == Status.OK) & (new.stats[:, 1] < ENOUGH * fit.stats[index, 1])
+    bare = (new.status == Status.FLAT) | (
+        (new.status == Status.OK) & (predict_std(new, noise) > BARE_PX).any(axis=1)
+    )
+    fit.status[index[bare]] = Status.FLAT
+    good = (new.status == Status.OK) & ~bare & (new.stats[:, 1] < ENOUGH * fit.stats[index, 1])
     chosen = np.flatnonzero(good)
     fit.put(index[chosen], new.take(chosen))
 
 
-def _take_bands(fit: Fit, index: Index, bands: Bands, params: Floats, least: Floats) -> None:
-    """Keep a band where it explains enough more than what there is."""
-    new = bands.fit
-    good = (new.status == Status.OK) & (new.zncc >= least[index])
-    failed = fit.status[index] != Status.OK
-    # Bayes' criterion (Schwarz 1978): a parameter pays when it lowers the residuals by more than log n / n.
-    count = np.maximum(new.stats[:, 4], 16.0)
-    terms = np.where(fit.description[index] == Description.BAND, BAND_TERMS, PLAIN_TERMS)
-    before = np.log(np.maximum(fit.stats[index, 1], 1e-12))
-    after = np.log(np.maximum(new.stats[:, 1], 1e-12)) + (BAND_TERMS - terms) * np.log(count) / count
-    taken = np.flatnonzero(good & (failed | (after < before)))
+def _take_bands(fit: Fit, index: Index, bands: Bands, params: Floats, limits: Limits) -> None:
+    """Keep a band where it explains enough more than a plain subset, and more than what there is."""
+    new, old, plain = bands.fit, fit.take(index), limits.plain[index]
+    good = (new.status == Status.OK) & (new.zncc >= limits.least[index])
+    share = worth(BAND_TERMS - PLAIN_TERMS, new.stats[:, 4] / max(1.0, *limits.noise.correlated))
+    better = new.stats[:, 1] < np.minimum(
+        (1.0 - share) * plain, (1.0 - EXPLAINED) * plain + EXPLAINED * limits.level
+    )
+    better &= new.stats[:, 1] < old.stats[:, 1]
+    taken = np.flatnonzero(good & ((old.status != Status.OK) | better))
     fit.put(index[taken], new.take(taken))
     params[index[taken]] = bands.params[taken]

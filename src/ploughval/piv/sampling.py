@@ -75,7 +75,9 @@ class Work(NamedTuple):
     weight: Singles
     slope_x: Singles
     slope_y: Singles
-    place: Singles  # (2, wide + SPARE), places along a row less the row's first pixel and the step of 1
+    place: (
+        Singles  # (4, wide + SPARE), places along a row less its first pixel and the step of 1; their steps
+    )
     moments: Floats  # (3, moments)
     sums: Floats  # (2, 2 terms): slopes, slopes times values
     hessian: Floats
@@ -102,7 +104,7 @@ def make_work(side: int, terms: int) -> Work:
         weight=np.zeros(n, np.float32),
         slope_x=np.zeros(n, np.float32),
         slope_y=np.zeros(n, np.float32),
-        place=np.zeros((2, wide + SPARE), np.float32),
+        place=np.zeros((4, wide + SPARE), np.float32),
         moments=np.zeros((3, 15)),
         sums=np.zeros((2, 2 * terms)),
         hessian=np.zeros((2 * terms, 2 * terms)),
@@ -356,6 +358,13 @@ def sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work
     place = work.place
     inside = _well_inside(pictures, tables, cx, cy, p)
     lost = 0
+    along = work.place[2:]
+    for axis in range(2):
+        # Steps along a row, alike for all rows but for the product term of second order.
+        steps, xi = along[axis, :wide], mono[1 if terms > 1 else 0, :wide]
+        slope = np.float32(p[axis * terms + 1] if terms > 1 else 0.0)
+        for i in range(wide):
+            steps[i] = slope * (xi[i] - xi[0])
     for row in range(side):
         start = row * wide
         x, y = float(cx - half), float(cy - half + row)
@@ -365,15 +374,16 @@ def sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work
         if not (abs(x) < 1e8 and abs(y) < 1e8):
             x, y = 0.0, 0.0
         x0, y0 = np.int64(np.floor(x)), np.int64(np.floor(y))
-        place[0, :wide] = np.float32(x - x0)
-        place[1, :wide] = np.float32(y - y0)
-        for m in range(1, terms):
-            if m == 2 or m == 5:  # constant along a row
-                continue
+        fx, fy = np.float32(x - x0), np.float32(y - y0)
+        xs, ys, ax, ay = place[0, :wide], place[1, :wide], along[0, :wide], along[1, :wide]
+        for i in range(wide):
+            xs[i] = fx + ax[i]
+        for i in range(wide):
+            ys[i] = fy + ay[i]
+        for m in range(3, min(terms, 5)):
             a, b = np.float32(p[m]), np.float32(p[terms + m])
             line = mono[m, start : start + wide]
             first = line[0]
-            xs, ys = place[0, :wide], place[1, :wide]
             for i in range(wide):
                 xs[i] += a * (line[i] - first)
             for i in range(wide):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ploughval.axes import Status
 from ploughval.piv.guess import Greys, carried_on, failed_points, retry, spread_by_neighbours
 from ploughval.piv.subsets import Fit, Floats, Pair, centres_of, match
-from ploughval.piv.validate import judge_correlation
+from ploughval.piv.validate import gather, judge_correlation, neighbours_of
 
 SEEDS = 48
 """Templates searched in one round."""
@@ -25,17 +25,25 @@ WIDEST = 256
 """Farthest search, px; a third of the picture where that is less."""
 REPEATS = 0.9
 """A subset that fits another place of its own picture this well is ambiguous."""
+LIKELY = 0.8
+"""The same where the picture is known to repeat itself."""
+LEAST_FAR = 0.5
+"""The same in the shrunk picture, whose pixels need not fall on the period."""
+SHRUNK = 4
+LEAST_SIDE = 11
+"""Windows that are looked for elsewhere have at least this side, px."""
 PROBED = 8
 """Points whose surroundings are looked through for repeated texture before all are."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """Best place of a template: displacement (2,) px, its correlation, its lead over other places."""
+    """Best place of a template: displacement (2,) px, its correlation, its lead over the second best."""
 
     moved: Floats
     score: float
     lead: float
+    second: Floats
 
 
 def search_failed(pair: Pair, greys: Greys, fit: Fit, points: Floats, zncc_min: float) -> None:
@@ -154,7 +162,9 @@ def search_template(
         max(by - side // 5 - 1, 0) : by + side // 5 + 2, max(bx - side // 5 - 1, 0) : bx + side // 5 + 2
     ] = -1.0
     moved = np.array([left + bx + half - cx, top + by + half - cy], float)
-    return Hit(moved, float(best), float(best - rest.max()))
+    _, other, _, (ox, oy) = cv2.minMaxLoc(rest)
+    second = np.array([left + ox + half - cx, top + oy + half - cy], float)
+    return Hit(moved, float(best), float(best - other), second)
 
 
 def mark_ambiguous(greys: Greys, fit: Fit, points: Floats, side: int) -> None:
@@ -165,17 +175,40 @@ def mark_ambiguous(greys: Greys, fit: Fit, points: Floats, side: int) -> None:
     valid = np.flatnonzero(fit.status == Status.OK)
     if valid.size == 0:
         return
+    itself = Greys(greys.reference, greys.reference)
+    small = _shrunk(greys.reference, SHRUNK)
+    coarse = Greys(small, small)
+    side = max(side, LEAST_SIDE)
     probed = valid[np.linspace(0, valid.size - 1, min(PROBED, valid.size)).astype(int)]
-    if not any(_recurs(greys, points[n], side) for n in probed):
+    if not any(_recurs(itself, coarse, points[n], side) for n in probed):
         return
     for n in valid:
-        if _recurs(greys, points[n], side) and _recurs(greys, points[n], 3 * side):
+        if all(_recurs(itself, coarse, points[n], window, LIKELY) for window in (side, 3 * side)):
             fit.status[n] = Status.AMBIGUOUS
+    # A window may by chance miss its own repetition: what stands among ambiguous points is ambiguous.
+    ambiguous = (fit.status[valid] == Status.AMBIGUOUS).astype(float)
+    near = gather(ambiguous, neighbours_of(points[valid]))
+    fit.status[valid[np.nanmean(np.column_stack([ambiguous, near]), axis=1) > 0.5]] = Status.AMBIGUOUS
 
 
-def _recurs(greys: Greys, point: Floats, side: int) -> bool:
-    """Whether a template fits its own picture elsewhere about as well as where it is."""
-    itself = Greys(greys.reference, greys.reference)
-    while side > 9 and (hit := search_template(itself, point, np.zeros(2), side, max(side, 24))) is None:
-        side = side * 2 // 3 // 2 * 2 + 1
-    return side > 9 and hit is not None and hit.lead < 1.0 - REPEATS
+def _recurs(itself: Greys, coarse: Greys, point: Floats, side: int, least: float = REPEATS) -> bool:
+    """Whether a window fits its own picture elsewhere about as well as where it is.
+
+    Near by it is looked for at full scale, further on in a shrunk picture and then about what was found.
+    """
+    height, width = itself.reference.shape
+    side = min(side, min(height, width) // 2 // 2 * 2 - 1)
+    if side < LEAST_SIDE:
+        return False
+    half = side // 2 + 1
+    point = np.clip(point, half, [width - 1 - half, height - 1 - half])  # windows stay in the picture
+    hit = search_template(itself, point, np.zeros(2), side, max(side // 2, 16))
+    if hit is not None and hit.lead < 1.0 - least:
+        return True
+    window = max(side // SHRUNK, COARSE // 2)
+    reach = min(WIDEST, min(height, width) // 3) // SHRUNK
+    far = search_template(coarse, (point + 0.5) / SHRUNK - 0.5, np.zeros(2), window, reach)
+    if far is None or far.lead > 1.0 - LEAST_FAR:
+        return False
+    fine = search_template(itself, point, far.second * SHRUNK, side, 2 * SHRUNK)
+    return fine is not None and fine.score > least and bool(np.abs(fine.moved).max() > 2)

@@ -189,6 +189,11 @@ def _tables(subset: int, order: int, spline: int) -> "sampling.Tables":
     return sampling.Tables(subset, recipe.terms, centred_polynomials(spline), flat, pairs)
 
 
+def noise_in_slopes(pair: Pair) -> float:
+    """What noise adds to the product of smoothed and plain slope of a pixel, grey levels^2 px^-2."""
+    return pair.noise_variance * slope_noise(pair.recipe.spline, pair.recipe.slopes)
+
+
 def match(
     pair: Pair, points: Floats, guess: Floats, *, limit: float | None = None, cuts: Floats | None = None
 ) -> Fit:
@@ -219,12 +224,7 @@ def match(
     stats, status = np.zeros((count, kernel.STATS)), np.zeros(count, np.int8)
     pictures, tables = kernel_input(pair)
     lines = np.zeros((0, 3)) if cuts is None else np.asarray(cuts, np.float64)
-    limits = np.array(
-        [
-            pair.recipe.half if limit is None else limit,
-            pair.noise_variance * slope_noise(recipe.spline, recipe.slopes),
-        ]
-    )
+    limits = np.array([pair.recipe.half if limit is None else limit, noise_in_slopes(pair)])
 
     def run(part: slice) -> None:
         work = sampling.make_work(recipe.subset, recipe.terms)

@@ -9,23 +9,28 @@ from ploughval.piv.subsets import Fit
 
 Floats = NDArray[np.float64]
 NEIGHBOURS = 8
+BLURRED = 0.8
+"""Share of what noise leaves of the correlation that other differences may leave of it."""
+CHANCE = 4.0
+"""Standard deviations of the correlation of unrelated texture."""
 
 
 def least_zncc(fit: Fit, zncc_min: float, noise_variance: float) -> Floats:
     """Least correlation that makes each vector valid, (N,).
 
-    Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what the
-    better half of the points reaches. It never falls below what chance reaches: 4.5 standard deviations of
-    the correlation of unrelated texture, 1 / sqrt(n) with n the independent grey values of the subset.
-    A grain covers pi times its squared length of correlation; noise is independent from pixel to pixel.
+    Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what the better
+    half of the points reaches, or to BLURRED times what noise leaves where that is more. It never falls below
+    what chance reaches: CHANCE standard deviations of the correlation of unrelated texture, whose artanh
+    spreads by 1 / sqrt(n - 3) with n the independent grey values of the subset (Fisher 1915). A grain covers
+    pi times its squared length of correlation; noise is independent from pixel to pixel.
     """
     count = np.maximum(fit.stats[:, 4], 1.0)
     texture = np.clip(1.0 - noise_variance / np.maximum(fit.stats[:, 6], 1e-12), 0.0, 1.0)
     grain = np.pi * texture * fit.stats[:, 6] / np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
     independent = count / np.clip(1.0 + texture**2 * (grain - 1.0), 1.0, count)
-    chance = np.minimum(4.5 / np.sqrt(independent), zncc_min)
+    chance = np.tanh(CHANCE / np.sqrt(np.maximum(independent - 3.0, 1.0)))
     seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance)]
-    usual = float(np.percentile(seen, 75)) if seen.size else 1.0
+    usual = max(float(np.percentile(seen, 75)), BLURRED * float(np.median(texture))) if seen.size else 1.0
     return np.asarray(np.maximum(chance, zncc_min * usual))
 
 
@@ -59,6 +64,8 @@ def outliers(
     threshold: float = 3.0,
     fluctuation_px: float = 0.1,
     support: int = 2,
+    reach_px: float = np.inf,
+    near: NDArray[np.intp] | None = None,
 ) -> NDArray[np.bool_]:
     """Normalised median test.
 
@@ -73,8 +80,12 @@ def outliers(
     fluctuation_px : float, px
         Fluctuation that is always allowed.
     support : int
-        A vector that this many neighbours agree with (within 0.5 px or a fifth of their spread) stays:
+        A vector that this many neighbours agree with (within 0.2 px or a fifth of their spread) stays:
         beside a shear band the median may belong to the other side.
+    reach_px : float, px
+        A vector is judged only where at least half of its neighbours are nearer than this.
+    near : (N, NEIGHBOURS) int
+        Neighbours of all points, where they are known; used when all are valid.
 
     Returns
     -------
@@ -86,12 +97,15 @@ def outliers(
     if valid.size < 4:
         return flags
     own = displacement[valid]
-    around = gather(own, neighbours_of(points[valid], min(NEIGHBOURS, valid.size - 1)))
+    if near is None or valid.size < len(points):
+        near = neighbours_of(points[valid], min(NEIGHBOURS, valid.size - 1))
+    around = gather(own, near)
     median = np.median(around, axis=1)
     spread = np.median(np.abs(around - median[:, None]), axis=1)
     ratio = np.hypot(*(np.abs(own - median) / (spread + fluctuation_px)).T)
     distance = np.linalg.norm(around - own[:, None], axis=2)
-    near = np.maximum(0.5, 0.2 * np.ptp(np.linalg.norm(around, axis=2), axis=1))
-    agree = np.sum(distance < near[:, None], axis=1)
-    flags[valid] = (ratio > threshold) & (agree < support)
+    close = np.maximum(0.2, 0.2 * np.ptp(np.linalg.norm(around, axis=2), axis=1))
+    agree = np.sum(distance < close[:, None], axis=1)
+    distance_px = np.linalg.norm(gather(points[valid], near) - points[valid][:, None], axis=2)
+    flags[valid] = (ratio > threshold) & (agree < support) & (np.median(distance_px, axis=1) <= reach_px)
     return flags

@@ -1,0 +1,7 @@
+"""Measures with al-dic, its local subsets only."""
+
+from adaptor import serve
+from aldic import measure_with
+
+if __name__ == "__main__":
+    raise SystemExit(serve("al-dic", measure_with(global_step=False)))
