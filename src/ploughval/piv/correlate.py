@@ -1,47 +1,38 @@
 """Displacements of points between two pictures, by subset correlation."""
 
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.axes import Status
 from ploughval.errors import CorrelationError
-from ploughval.piv.guess import Greys, failed_points, flow_at, spread_by_neighbours, to_8bit
-from ploughval.piv.interpolate import filtered, plain_planes, spline_coefficients
-from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
-from ploughval.piv.refine import mismatch_px, noise_level, refine
+from ploughval.piv.guess import failed_points, spread_by_neighbours
+from ploughval.piv.precision import Noise, predict_std, with_correlation
+from ploughval.piv.prepare import prepare
+from ploughval.piv.refine import refine
+from ploughval.piv.refuse import (
+    OUTLIER_REACH,
+    on_mask,
+    refuse_unsure,
+    reject_lone,
+    reject_outliers,
+    reopen,
+)
 from ploughval.piv.search import mark_ambiguous, search_failed
 from ploughval.piv.subsets import (
-    ALL_SEEN,
-    Description,
     Fit,
     Floats,
-    Pair,
     Recipe,
-    centres_of,
     displacement_of,
     gradient_of,
     match,
     params_from,
 )
-from ploughval.piv.validate import NEIGHBOURS, gather, judge_correlation, neighbours_of, outliers
+from ploughval.piv.validate import judge_correlation
 
 ZNCC_MIN = 0.7
-MOST_STD_PX = 0.5
-"""A vector of a greater standard deviation is no measurement."""
-MOST_MISMATCH_PX = 0.4
-"""Residuals beyond noise may answer to so much motion."""
-LONE = NEIGHBOURS - 1
-"""A vector with so many failed ones among its neighbours is not believed."""
-UNCORRELATED = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.AMBIGUOUS)
-MIXED = 4.0
-"""Residual variance over that of undisturbed subsets beyond which that is asked: less may be chance."""
-OUTLIER_REACH = 3.0
-"""A vector is only judged against others within so many subsets."""
 LOST = 0.05
 """When more points than this share have failed, they are searched for before bands are looked for."""
 
@@ -131,144 +122,28 @@ def correlate(  # noqa: PLR0913
     recipe = make_recipe(subset, order, spline)
     if len(place) == 0:
         return tracks_of(Fit.empty(0, recipe.terms, Status.OK), place, recipe, Noise())
-    first, usable = whole_grey(reference)
-    second, seen = whole_grey(current)
-    if mask is not None:
-        usable = np.ascontiguousarray(mask, np.uint8) if usable is ALL_SEEN else usable * (mask != 0)
-    greys = Greys(to_8bit(first), to_8bit(second, first))
-    pair, start = prepare(first, second, usable, seen, greys, place, recipe, workers, guess)
-    noise_found, slopes = judge_noise(pair, place, start, noise)
-    recipe = replace(recipe, slopes=slopes)
-    planes = filtered(pair.reference, spline, slopes)
-    pair = replace(pair, reference=planes, recipe=recipe, noise_variance=noise_found.variance)
-    fit = match(pair, place, params_from(start, recipe))
-    reopen(fit, place, reference.shape, recipe)
+    given = None if guess is None else check_guess(guess, len(place))
+    ready = prepare(reference, current, place, recipe, mask=mask, start=given, noise=noise, workers=workers)
+    pair, greys, found = ready.pair, ready.greys, ready.noise
+    fit = match(pair, place, params_from(ready.start, pair.recipe))
+    reopen(pair, fit, place)
     judge_correlation(fit, ZNCC_MIN, pair.noise_variance)
     spread_by_neighbours(pair, fit, place, ZNCC_MIN)
     if failed_points(fit).size > LOST * len(place):
         search_failed(pair, greys, fit, place, ZNCC_MIN)
-    near = neighbours_of(place)
-    noise_found = with_correlation(noise_found, pair, place, fit)
+    found = with_correlation(found, pair, place, fit)
     if shape == "adaptive":
-        refine(pair, fit, place, ZNCC_MIN, noise_found, near)
+        refine(pair, fit, place, ZNCC_MIN, found, ready.near)
     if failed_points(fit).size:
         search_failed(pair, greys, fit, place, ZNCC_MIN)
-    reject_outliers(pair, fit, place, near)
-    mark_ambiguous(greys, fit, place, subset)
-    reject_lone(fit, place, near, OUTLIER_REACH * subset)
+    reject_outliers(pair, fit, place, ready.near, ZNCC_MIN)
+    if ready.repeated:
+        mark_ambiguous(greys, fit, place, subset)
+    reject_lone(fit, place, ready.near, OUTLIER_REACH * subset)
     if fit.description.any():
-        noise_found = with_correlation(noise_found, pair, place, fit)
-    close(fit, place, recipe, noise_found, mask, seen, reference.shape)
-    return tracks_of(fit, place, recipe, noise_found)
-
-
-def reopen(fit: Fit, points: Floats, shape: tuple[int, ...], recipe: Recipe) -> None:
-    """Let subsets that a first guess led out of the picture be tried again, in place."""
-    half = recipe.half
-    inside = ((points >= half) & (points <= np.array(shape[::-1]) - 1.0 - half)).all(axis=1)
-    fit.status[inside & (fit.status == Status.EDGE)] = Status.NOT_CONVERGED
-
-
-def close(
-    fit: Fit,
-    points: Floats,
-    recipe: Recipe,
-    noise: Noise,
-    mask: NDArray[np.bool_] | None,
-    seen: NDArray[np.uint8],
-    shape: tuple[int, ...],
-) -> None:
-    """Refuse, in place, what cannot be vouched for although it matched.
-
-    Points on pixels that may not be used, points that have left the picture, vectors that texture does not
-    fix to ``MOST_STD_PX``, and vectors whose residuals say that ``MOST_MISMATCH_PX`` of motion is not
-    described: subsets in which two things move.
-    """
-    arrived = points + displacement_of(fit.params, points, recipe)
-    inside = ((arrived >= -0.5) & (arrived <= np.array(shape[::-1]) - 0.5)).all(axis=1)
-    good = fit.status == Status.OK
-    if mask is not None:
-        fit.status[good & ~on_mask(mask, points)] = Status.MASKED
-    fit.status[good & ~inside] = Status.EDGE
-    loose = (predict_std(fit, noise) > MOST_STD_PX).any(axis=1)
-    fit.status[(fit.status == Status.OK) & loose] = Status.FLAT
-    level = noise_level(fit)
-    mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.stats[:, 1] > MIXED * level)
-    mixed &= ~np.isin(fit.description, (Description.BAND, Description.SIDE))
-    fit.status[(fit.status == Status.OK) & mixed] = Status.LOW_CORRELATION
-    if seen.size > 1:  # what the current picture does not show is no edge
-        fit.status[inside & (fit.status == Status.EDGE)] = Status.MASKED
-
-
-def prepare(  # noqa: PLR0913
-    first: NDArray[np.generic],
-    second: NDArray[np.generic],
-    usable: NDArray[np.uint8],
-    seen: NDArray[np.uint8],
-    greys: Greys,
-    points: Floats,
-    recipe: Recipe,
-    workers: int,
-    guess: ArrayLike | None,
-) -> tuple[Pair, Floats]:
-    """Planes, coefficients and first guesses (N, 2) px, side by side where there are threads for it."""
-    given = None if guess is None else check_guess(guess, len(points))
-    if given is None and workers > 1:
-        with ThreadPoolExecutor(1) as pool:
-            flow = pool.submit(flow_at, greys, points)
-            planes, coefficients = (
-                plain_planes(first, recipe.spline),
-                spline_coefficients(second, recipe.spline),
-            )
-            start = flow.result()
-    else:
-        planes, coefficients = plain_planes(first, recipe.spline), spline_coefficients(second, recipe.spline)
-        start = flow_at(greys, points) if given is None else given
-    if usable is ALL_SEEN:
-        usable = np.ones(first.shape, np.uint8)
-    return Pair(planes, usable, coefficients, seen, recipe, workers), start
-
-
-def whole_grey(image: NDArray[np.generic]) -> tuple[NDArray[np.generic], NDArray[np.uint8]]:
-    """The picture with its NaN filled for the filters, and what of it may be used; ALL_SEEN: everything."""
-    if image.dtype.kind != "f" or np.isfinite(image).all():
-        return image, ALL_SEEN
-    finite = np.isfinite(image)
-    filled = np.where(finite, image, np.median(image[finite]) if finite.any() else 0.0)
-    # The prefilter spreads what was filled in; three pixels away a 1/10 of it is left.
-    near = cv2.erode(finite.astype(np.uint8), np.ones((7, 7), np.uint8))
-    return filled.astype(np.float32), np.ascontiguousarray(near, np.uint8)
-
-
-def on_mask(mask: NDArray[np.bool_], points: Floats) -> NDArray[np.bool_]:
-    """Whether the pixel of each point may be used, (N,); not outside the picture."""
-    column, row = centres_of(points).T
-    inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
-    out = np.zeros(len(points), bool)
-    out[inside] = np.asarray(mask)[row[inside], column[inside]] != 0
-    return out
-
-
-def reject_outliers(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp]) -> None:
-    """Mark vectors that disagree with their neighbours, after one more try from the neighbours' motion."""
-    reach = OUTLIER_REACH * pair.recipe.subset
-    for _ in range(2):
-        moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
-        wrong = outliers(points, moved, reach_px=reach, near=near)
-        if not wrong.any():
-            return
-        fit.status[wrong] = Status.OUTLIER
-        spread_by_neighbours(pair, fit, points, ZNCC_MIN, rounds=1)
-    moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
-    fit.status[outliers(points, moved, reach_px=reach, near=near)] = Status.OUTLIER
-
-
-def reject_lone(fit: Fit, points: Floats, near: NDArray[np.intp], reach_px: float) -> None:
-    """Mark vectors all about which others failed to correlate: chance fits one in many. In place."""
-    distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
-    failed = np.isin(fit.status, UNCORRELATED).astype(float)
-    around = np.where(distance <= reach_px, gather(failed, near), 0.0).sum(axis=1)
-    fit.status[(fit.status == Status.OK) & (around >= LONE)] = Status.OUTLIER
+        found = with_correlation(found, pair, place, fit)
+    refuse_unsure(pair, fit, place, found, on_mask(mask, place))
+    return tracks_of(fit, place, pair.recipe, found)
 
 
 def tracks_of(fit: Fit, points: Floats, recipe: Recipe, noise: Noise) -> Tracks:

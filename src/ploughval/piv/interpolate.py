@@ -161,11 +161,25 @@ class Planes:
     product: NDArray[np.float32]
 
 
+def filtered_slope(
+    value: NDArray[np.float32], spline: int, slopes: SlopeFilter, axis: int
+) -> NDArray[np.float32]:
+    """Slope of a picture (H, W) at its pixels along x (axis 0) or y (axis 1), grey levels a px."""
+    along, across = slope_taps(spline, slopes)
+    return _filter(value, along, across) if axis == 0 else _filter(value, across, along)
+
+
+def planes_of(plain: Planes, slope_x: NDArray[np.float32], slope_y: NDArray[np.float32]) -> Planes:
+    """Planes with filtered slopes, from the plain ones."""
+    product = np.asarray(cv2.multiply(slope_x, plain.slope_x), np.float32)
+    cv2.accumulateProduct(slope_y, plain.slope_y, product)
+    return Planes(plain.value, slope_x, slope_y, product)
+
+
 def plain_planes(image: NDArray[np.generic], spline: int) -> Planes:
     """Values and plain slopes of a picture (H, W) at its pixels."""
     value = np.ascontiguousarray(image, np.float32)
-    along, one = slope_taps(spline, SlopeFilter.PLAIN)
-    slope_x, slope_y = _filter(value, along, one), _filter(value, one, along)
+    slope_x, slope_y = (filtered_slope(value, spline, SlopeFilter.PLAIN, axis) for axis in (0, 1))
     return Planes(value, slope_x, slope_y, np.zeros((1, 1), np.float32))
 
 
@@ -173,8 +187,4 @@ def filtered(plain: Planes, spline: int, slopes: SlopeFilter) -> Planes:
     """The planes of a picture with its slopes filtered; ``plain``: what :func:`plain_planes` gave."""
     if slopes is SlopeFilter.PLAIN:
         return plain
-    along, across = slope_taps(spline, slopes)
-    slope_x, slope_y = _filter(plain.value, along, across), _filter(plain.value, across, along)
-    product = np.asarray(cv2.multiply(slope_x, plain.slope_x), np.float32)
-    cv2.accumulateProduct(slope_y, plain.slope_y, product)
-    return Planes(plain.value, slope_x, slope_y, product)
+    return planes_of(plain, *(filtered_slope(plain.value, spline, slopes, axis) for axis in (0, 1)))

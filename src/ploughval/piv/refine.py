@@ -24,6 +24,8 @@ BARE_PX = 0.5
 """A side whose motion is less certain is taken to have no texture."""
 GRAIN_PX = 1.5
 """Grains reach this far out of a band."""
+POOR = 1.5
+"""Residuals over the usual ones of bands beyond which a band is tried from other starts."""
 ROUNDS = 2
 """Times that bands found beside a point are tried on it."""
 BAND_TERMS, PLAIN_TERMS = 11, 6
@@ -89,18 +91,30 @@ class Limits:
 def _follow_bands(pair: Pair, fit: Fit, points: Floats, index: Index, sides: Floats, limits: Limits) -> None:
     """Match suspects as two sides and a band; those still suspect once more, from bands found beside them."""
     enough = ENOUGH * limits.level
-    bands = match_bands(pair, points[index], starts_of(pair, points[index], sides), enough)
+    starts = starts_of(pair, points[index], sides)
     params = np.full((len(points), BAND_TERMS), np.nan)
-    _take_bands(fit, index, bands, params, limits)
-    for _ in range(ROUNDS):
-        left = np.intersect1d(index, suspects(fit, limits.level))
-        starts = neighbours_bands(points, params, left)
-        some = np.isfinite(starts[:, 0, 0])
-        left, starts = left[some], starts[some]
+    left = index
+    for turn in range(starts.shape[1] + ROUNDS):
+        if turn < starts.shape[1]:
+            tried = starts[np.isin(index, left), turn : turn + 1]
+        else:
+            tried = neighbours_bands(points, params, left)
+        some = np.isfinite(tried[:, 0, 0])
+        _take_bands(
+            fit, left[some], match_bands(pair, points[left[some]], tried[some], enough), params, limits
+        )
+        left = _poor(fit, index, limits.level)
         if left.size == 0:
             break
-        _take_bands(fit, left, match_bands(pair, points[left], starts, enough), params, limits)
     _own_side(pair, fit, points, params, limits.noise)
+
+
+def _poor(fit: Fit, index: Index, level: float) -> Index:
+    """Which of some suspects still have no band, or one that leaves far more than the others' bands."""
+    banded = fit.description[index] == Description.BAND
+    usual = float(np.median(fit.stats[index[banded], 1])) if banded.any() else 0.0
+    poor = ~banded | (fit.stats[index, 1] > POOR * usual)
+    return np.intersect1d(index[poor], suspects(fit, level))
 
 
 def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats, noise: Noise) -> None:

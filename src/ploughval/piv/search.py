@@ -167,6 +167,19 @@ def search_template(
     return Hit(moved, float(best), float(best - other), second)
 
 
+def repeats(greys: Greys, points: Floats, side: int) -> bool:
+    """Whether the texture about any of some points fits another place of its own picture as well."""
+    itself, coarse = _itself(greys)
+    probed = points[np.linspace(0, len(points) - 1, min(PROBED, len(points))).astype(int)]
+    return any(_recurs(itself, coarse, point, max(side, LEAST_SIDE)) for point in probed)
+
+
+def _itself(greys: Greys) -> tuple[Greys, Greys]:
+    """The reference beside itself, as it is and shrunk."""
+    small = _shrunk(greys.reference, SHRUNK)
+    return Greys(greys.reference, greys.reference), Greys(small, small)
+
+
 def mark_ambiguous(greys: Greys, fit: Fit, points: Floats, side: int) -> None:
     """Mark valid vectors whose subset, and a window three times as wide, recur within reach. In place.
 
@@ -175,13 +188,8 @@ def mark_ambiguous(greys: Greys, fit: Fit, points: Floats, side: int) -> None:
     valid = np.flatnonzero(fit.status == Status.OK)
     if valid.size == 0:
         return
-    itself = Greys(greys.reference, greys.reference)
-    small = _shrunk(greys.reference, SHRUNK)
-    coarse = Greys(small, small)
+    itself, coarse = _itself(greys)
     side = max(side, LEAST_SIDE)
-    probed = valid[np.linspace(0, valid.size - 1, min(PROBED, valid.size)).astype(int)]
-    if not any(_recurs(itself, coarse, points[n], side) for n in probed):
-        return
     for n in valid:
         if all(_recurs(itself, coarse, points[n], window, LIKELY) for window in (side, 3 * side)):
             fit.status[n] = Status.AMBIGUOUS

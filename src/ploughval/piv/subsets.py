@@ -22,7 +22,7 @@ _MOMENTS = [
     (1, 2), (0, 3), (4, 0), (3, 1), (2, 2), (1, 3), (0, 4),
 ]  # fmt: skip
 """Powers of the place in monomials, the shape function's terms first."""
-CHUNK = 128
+CHUNK = 64
 
 
 @dataclass(frozen=True, slots=True)

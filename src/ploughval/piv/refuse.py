@@ -1,0 +1,85 @@
+"""What is refused although it matched: outliers, lone vectors, and what cannot be vouched for."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.axes import Status
+from ploughval.piv.guess import spread_by_neighbours
+from ploughval.piv.precision import Noise, predict_std
+from ploughval.piv.refine import mismatch_px, noise_level
+from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, displacement_of
+from ploughval.piv.validate import NEIGHBOURS, gather, outliers
+
+MOST_STD_PX = 0.5
+"""A vector of a greater standard deviation is no measurement."""
+MOST_MISMATCH_PX = 0.4
+"""Residuals beyond noise may answer to so much motion."""
+LONE = NEIGHBOURS - 1
+"""A vector with so many failed ones among its neighbours is not believed."""
+UNCORRELATED = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.AMBIGUOUS)
+MIXED = 4.0
+"""Residual variance over that of undisturbed subsets beyond which that is asked: less may be chance."""
+OUTLIER_REACH = 3.0
+"""A vector is only judged against others within so many subsets."""
+
+
+def reopen(pair: Pair, fit: Fit, points: Floats) -> None:
+    """Let subsets that a first guess led out of the picture be tried again, in place."""
+    half, shape = pair.recipe.half, pair.mask.shape
+    inside = ((points >= half) & (points <= np.array(shape[::-1]) - 1.0 - half)).all(axis=1)
+    fit.status[inside & (fit.status == Status.EDGE)] = Status.NOT_CONVERGED
+
+
+def reject_outliers(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp], zncc_min: float) -> None:
+    """Mark vectors that disagree with their neighbours, after one more try from the neighbours' motion."""
+    reach = OUTLIER_REACH * pair.recipe.subset
+    for _ in range(2):
+        moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
+        wrong = outliers(points, moved, reach_px=reach, near=near)
+        if not wrong.any():
+            return
+        fit.status[wrong] = Status.OUTLIER
+        spread_by_neighbours(pair, fit, points, zncc_min, rounds=1)
+    moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
+    fit.status[outliers(points, moved, reach_px=reach, near=near)] = Status.OUTLIER
+
+
+def reject_lone(fit: Fit, points: Floats, near: NDArray[np.intp], reach_px: float) -> None:
+    """Mark vectors all about which others failed to correlate: chance fits one in many. In place."""
+    distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
+    failed = np.isin(fit.status, UNCORRELATED).astype(float)
+    around = np.where(distance <= reach_px, gather(failed, near), 0.0).sum(axis=1)
+    fit.status[(fit.status == Status.OK) & (around >= LONE)] = Status.OUTLIER
+
+
+def refuse_unsure(pair: Pair, fit: Fit, points: Floats, noise: Noise, on_sand: NDArray[np.bool_]) -> None:
+    """Mark, in place, what cannot be vouched for although it matched.
+
+    Points on pixels that may not be used, points that have left the picture, vectors that texture does not
+    fix to ``MOST_STD_PX``, and vectors whose residuals say that ``MOST_MISMATCH_PX`` of motion is not
+    described: subsets in which two things move. ``on_sand`` (N,): whether a point's pixel may be used.
+    """
+    arrived = points + displacement_of(fit.params, points, pair.recipe)
+    inside = ((arrived >= -0.5) & (arrived <= np.array(pair.mask.shape[::-1]) - 0.5)).all(axis=1)
+    good = fit.status == Status.OK
+    fit.status[good & ~on_sand] = Status.MASKED
+    fit.status[good & ~inside] = Status.EDGE
+    loose = (predict_std(fit, noise) > MOST_STD_PX).any(axis=1)
+    fit.status[(fit.status == Status.OK) & loose] = Status.FLAT
+    level = noise_level(fit)
+    mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.stats[:, 1] > MIXED * level)
+    mixed &= ~np.isin(fit.description, (Description.BAND, Description.SIDE))
+    fit.status[(fit.status == Status.OK) & mixed] = Status.LOW_CORRELATION
+    if pair.seen.size > 1:  # what the current picture does not show is no edge
+        fit.status[inside & (fit.status == Status.EDGE)] = Status.MASKED
+
+
+def on_mask(mask: NDArray[np.bool_] | None, points: Floats) -> NDArray[np.bool_]:
+    """Whether the pixel of each point may be used, (N,); not outside the picture."""
+    if mask is None:
+        return np.ones(len(points), bool)
+    column, row = centres_of(points).T
+    inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
+    out = np.zeros(len(points), bool)
+    out[inside] = np.asarray(mask)[row[inside], column[inside]] != 0
+    return out
