@@ -1,141 +1,244 @@
-"""Speed against error of the subset correlation, on exact pictures of sand."""
+"""Speed against error of the subset correlation, on exact pictures of sand: tables and figures.
+
+    python benchmarks/bench_piv.py [--out reports/speed-error] [--seeds 3]
+
+The cases are those of ``piv_cases``. Errors are pooled over the seeds; times are medians, in one thread
+unless the table says otherwise.
+"""
 
 import argparse
 import csv
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.piv import correlate
-from ploughval.synth.sand import Grains, sand_texture
+import piv_cases as cases
+import piv_figures as figures
+from ploughval.piv import Tracks, correlate
 
 Floats = NDArray[np.float64]
-SHAPE = (480, 640)
-ANGLE = np.deg2rad(25.0)
-COLUMNS = (
-    "case", "subset", "spline", "points", "valid", "bias_px", "rmse_px", "p95_px", "std_px", "times_bound",
-    "points_s",
+ROUNDS = 3
+CASE_COLUMNS = (
+    "case", "seeds", "points", "valid", "bias_px", "random_px", "rmse_px", "p99_px", "bound_px",
+    "times_bound", "near_rmse_px", "near_valid", "elsewhere_rmse_px", "elsewhere_valid", "star_period_px",
+    "within_1_std", "within_2_std", "points_s",
+)  # fmt: skip
+SETTING_COLUMNS = (
+    "case", "subset", "order", "spline", "shape", "step_px", "workers", "points", "points_s", "rmse_px",
+    "bias_px", "times_bound", "near_rmse_px", "star_period_px", "valid",
 )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
-    """A motion of the sand, with grey noise and contrast."""
+class Setting:
+    """One way of calling the correlation."""
 
-    name: str
-    motion: Callable[[Floats], Floats]
-    noise: float = 0.0
-    contrast: float = 1.0
-    near_px: float = np.inf  # only points so near the band count
+    subset: int = 31
+    order: int = 1
+    spline: int = 5
+    shape: str = "adaptive"
+    step_px: int = 16
+    workers: int = 1
 
-
-def shift(x: float, y: float) -> Callable[[Floats], Floats]:
-    """Motion of a plain displacement, px."""
-    return lambda p: np.tile([x, y], (len(p), 1))
-
-
-def affine(p: Floats) -> Floats:
-    """2 % stretch, 3 % shear and 1.5 degrees about the middle of the picture."""
-    turn = np.deg2rad(1.5)
-    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    gradient = rotation @ np.array([[1.02, 0.03], [0.0, 1.0]]) - np.eye(2)
-    return np.asarray((p - np.array(SHAPE[::-1]) / 2) @ gradient.T)
+    @property
+    def options(self) -> dict[str, Any]:
+        """Arguments of ``correlate``."""
+        return {name: value for name, value in asdict(self).items() if name != "step_px"}
 
 
-def side(p: Floats) -> Floats:
-    """Distance from a line through the picture's middle, px."""
-    return np.asarray((p - np.array(SHAPE[::-1]) / 2) @ [-np.sin(ANGLE), -np.cos(ANGLE)])
+@dataclass(slots=True)
+class Pool:
+    """What the seeds of one case gave, put together."""
+
+    points: list[Floats] = field(default_factory=list)
+    tracks: list[Tracks] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
 
 
-def band(width: float) -> Callable[[Floats], Floats]:
-    """Motion of a block along a line by 5.4 px, spread over ``width`` px (tanh)."""
-    along = np.array([np.cos(ANGLE), -np.sin(ANGLE)])
-    return lambda p: 2.7 * (1.0 + np.tanh(side(p) / (width / 2)))[:, None] * along
+@lru_cache(maxsize=64)
+def pictures(name: str, seed: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Both pictures of a case."""
+    return cases.make_pair(by_name(name), seed)
 
 
-def cases() -> list[Case]:
-    """Translation sweep, affine, far, near a band, and hard contrast."""
-    sweep = [
-        Case(f"shift {s:.2f} noise {n}", shift(s, s / 2), n) for n in (0, 3) for s in (0.1, 0.25, 0.5, 0.75)
+@lru_cache(maxsize=1)
+def _all() -> dict[str, cases.Case]:
+    return {case.name: case for case in cases.all_cases()}
+
+
+def by_name(name: str) -> cases.Case:
+    """The case of a name."""
+    return _all()[name]
+
+
+def timed(call: Callable[[], Tracks], rounds: int) -> tuple[Tracks, float]:
+    """Result of a call and the median of its times, s."""
+    times = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        tracks = call()
+        times.append(time.perf_counter() - start)
+    return tracks, float(np.median(times))
+
+
+def measure(case: cases.Case, setting: Setting, seeds: Sequence[int], rounds: int = ROUNDS) -> Pool:
+    """Correlate a case's pictures for every seed."""
+    pool = Pool()
+    points = cases.grid_points(setting.step_px)
+    for seed in seeds:
+        first, second = pictures(case.name, seed)
+        tracks, seconds = timed(lambda a=first, b=second: correlate(a, b, points, **setting.options), rounds)
+        pool.points.append(points)
+        pool.tracks.append(tracks)
+        pool.seconds.append(seconds)
+    return pool
+
+
+def pooled(case: cases.Case, pool: Pool, subset: int, seeds: Sequence[int]) -> dict[str, float]:
+    """Metrics of all seeds together: shares and squares averaged, the bias taken of the mean error."""
+    each = [
+        asdict(cases.score(case, p, t.displacement, t.valid, t.std, subset=subset, seed=seed))
+        for p, t, seed in zip(pool.points, pool.tracks, seeds, strict=True)
     ]
+    out = {name: float(np.mean([row[name] for row in each])) for name in each[0]}
+    for name in ("random_px", "rmse_px", "near_rmse_px", "elsewhere_rmse_px", "bound_px"):
+        out[name] = float(np.sqrt(np.mean([row[name] ** 2 for row in each])))
+    errors = [
+        np.nanmean(
+            np.where(
+                (t.valid & cases.counted_points(case, p, subset))[:, None],
+                t.displacement - case.motion(p),
+                np.nan,
+            ),
+            axis=0,
+        )
+        for p, t in zip(pool.points, pool.tracks, strict=True)
+    ]
+    out["bias_px"] = float(np.abs(np.mean(errors, axis=0)).max())
+    out["times_bound"] = out["random_px"] / out["bound_px"]
+    out["points_s"] = sum(len(p) for p in pool.points) / sum(pool.seconds)
+    return out
+
+
+def case_rows(seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """A row a case, with the defaults."""
+    rows = []
+    for case in _all().values():
+        pool = measure(case, Setting(), seeds)
+        rows.append({"case": case.name, "seeds": len(seeds), **pooled(case, pool, 31, seeds)})
+        print(f"{case.name:26s} " + "  ".join(f"{k} {rows[-1][k]:.4g}" for k in CASE_COLUMNS[2:]))
+    return rows
+
+
+def settings() -> list[Setting]:
+    """Settings about the defaults, one or two changed at a time."""
     return [
-        *sweep,
-        Case("affine", affine),
-        Case("far 17 px", shift(17.3, -3.2)),
-        Case("far 60 px", shift(60.3, -23.2)),
-        Case("near band 12 px", band(12), 1.0, near_px=15.5),
-        Case("near band 4 px", band(4), 1.0, near_px=15.5),
-        Case("contrast 10 % noise 4", shift(0.25, 0.125), 4.0, 0.1),
+        *(
+            Setting(subset=side, order=order, shape="fixed")
+            for side in (15, 21, 31, 41, 61)
+            for order in (0, 1, 2)
+        ),
+        *(Setting(subset=side, spline=3, shape="fixed") for side in (21, 31, 41)),
+        *(Setting(subset=side) for side in (21, 31, 41)),
+        *(Setting(step_px=step) for step in (8, 32)),
+        Setting(workers=2),
     ]
 
 
-def picture(grains: Grains, case: Case, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """8 bit picture with the case's contrast and noise."""
-    light = 140 + case.contrast * (grains.picture(SHAPE).astype(float) - 140)
-    return np.clip(np.round(light + rng.normal(0, case.noise, SHAPE)), 0, 255).astype(np.uint8)
+def setting_rows(seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """A row a setting and case."""
+    rows = []
+    for name in ("shift 0.25 noise 0", "shift 0.25 noise 3", "affine", "band 4 px tanh noise 3", "star"):
+        case = by_name(name)
+        for setting in settings():
+            found = pooled(case, measure(case, setting, seeds), setting.subset, seeds)
+            rows.append({"case": name, **asdict(setting), **found})
+    return rows
 
 
-def slope_bound(grains: Grains, case: Case, subset: int) -> float:
-    """Cramer-Rao bound of a displacement component: translation of a subset, both pictures noisy, px."""
-    ahead, behind = (grains.moved((s, 0.0)).picture(SHAPE).astype(float) for s in (0.05, -0.05))
-    slope = np.mean((case.contrast * (ahead - behind) / 0.1) ** 2)
-    noise = np.hypot(case.noise, 1 / np.sqrt(12))
-    return float(np.sqrt(2 / slope) * noise / subset)
+def write(rows: list[dict[str, Any]], columns: Sequence[str], path: Path) -> None:
+    """Write some columns of rows as CSV, numbers with five digits; not measured is empty."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        for row in rows:
+            writer.writerow([_cell(row[name]) for name in columns])
 
 
-def run(case: Case, grains: Grains, subset: int, spline: int, rng: np.random.Generator) -> tuple[object, ...]:
-    """One row of the table."""
-    step, margin = 12.0, 24.0
-    axes = (np.arange(margin, n - margin, step) for n in SHAPE[::-1])
-    points = np.stack([a.ravel() for a in np.meshgrid(*axes)], axis=1)
-    first, current = (
-        picture(grains, case, rng),
-        picture(grains.moved(case.motion(grains.positions_px)), case, rng),
-    )
-    start = time.perf_counter()
-    tracks = correlate(first, current, points, subset=subset, spline=spline)
-    seconds = time.perf_counter() - start
-    truth = case.motion(points)
-    room = subset // 2 + 2
-    arrived = points + truth
-    counted = ((arrived > room) & (arrived < np.array(SHAPE[::-1]) - room)).all(axis=1)
-    counted &= np.abs(side(points)) < case.near_px
-    valid = tracks.valid & counted
-    error = (tracks.displacement - truth)[valid]
-    rmse = float(np.sqrt(np.mean(error**2)))
-    return (
-        case.name, subset, spline, int(counted.sum()), round(valid.sum() / counted.sum(), 4),
-        round(float(np.abs(error.mean(axis=0)).max()), 5), round(rmse, 5),
-        round(float(np.percentile(np.abs(error), 95)), 5),
-        round(float(np.sqrt(np.mean(tracks.std[valid] ** 2))), 5),
-        round(float(np.std(error - error.mean(axis=0))) / slope_bound(grains, case, subset), 3),
-        round(len(points) / seconds),
-    )  # fmt: skip
+def _cell(value: object) -> object:
+    if not isinstance(value, float):
+        return value
+    return "" if np.isnan(value) else f"{value:.5g}"
+
+
+def band_profiles(seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """Distance from a band and error there, by width and shape."""
+    out = []
+    for name in ("band 12 px tanh noise 3", "band 4 px tanh noise 3"):
+        case = by_name(name)
+        for shape in ("fixed", "adaptive"):
+            pool = measure(case, Setting(shape=shape, step_px=8), seeds, 1)
+            assert case.side is not None
+            side = np.concatenate([case.side(p) for p in pool.points])
+            error = np.concatenate(
+                [
+                    np.linalg.norm(t.displacement - case.motion(p), axis=1)
+                    for p, t in zip(pool.points, pool.tracks, strict=True)
+                ]
+            )
+            out.append({"case": name, "shape": shape, "side_px": side, "error_px": error})
+    return out
+
+
+def star_profiles(seeds: Sequence[int]) -> list[dict[str, Any]]:
+    """Share of a sinusoid's amplitude that is measured, by period and setting."""
+    case, out = by_name("star noise 3"), []
+    assert case.period is not None
+    edges = np.linspace(12, 148, 18)
+    for label, setting in (
+        ("affine, 31 px", Setting(shape="fixed")),
+        ("second order, 31 px", Setting(order=2, shape="fixed")),
+        ("second order, 21 px", Setting(order=2, subset=21, shape="fixed")),
+        ("adaptive, 31 px (default)", Setting()),
+    ):
+        pool = measure(case, setting, seeds, 1)
+        period = np.concatenate([case.period(p) for p in pool.points])
+        truth = np.concatenate([case.motion(p)[:, 1] for p in pool.points])
+        found = np.concatenate([t.displacement[:, 1] for t in pool.tracks])
+        gains = []
+        for low, high in pairwise(edges):
+            here = (period >= low) & (period < high) & np.isfinite(found)
+            gains.append(
+                float(found[here] @ truth[here] / np.sum(truth[here] ** 2)) if here.sum() > 20 else np.nan
+            )
+        out.append({"label": label, "period_px": (edges[1:] + edges[:-1]) / 2, "gain": np.array(gains)})
+    return out
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Print the table and write it as CSV."""
+    """Measure, print, write tables and figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("reports/speed-error"))
-    out = parser.parse_args(arguments).out
-    rng = np.random.default_rng(2024)
-    grains = sand_texture(rng, SHAPE, margin_px=80)
-    run(Case("warm", shift(0.3, 0.1)), grains, 31, 5, rng)  # compiles
-    rows = [run(case, grains, 31, spline, rng) for spline in (5, 3) for case in cases()]
-    chosen = [c for c in cases() if c.name in ("shift 0.25 noise 3", "affine", "near band 12 px")]
-    rows += [run(case, grains, subset, 5, rng) for subset in (21, 41, 61) for case in chosen]
-    print("  ".join(f"{name:>11s}" for name in COLUMNS))
-    for row in rows:
-        print(f"{row[0]:24s}" + "  ".join(f"{value!s:>9s}" for value in row[1:]))
-    out.mkdir(parents=True, exist_ok=True)
-    with (out / "piv.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
+    parser.add_argument("--seeds", type=int, default=3)
+    given = parser.parse_args(arguments)
+    seeds = range(2024, 2024 + given.seeds)
+    given.out.mkdir(parents=True, exist_ok=True)
+    for setting in settings():  # compiles what is not compiled yet
+        measure(by_name("band 4 px tanh"), setting, seeds[:1], 1)
+    rows = case_rows(seeds)
+    write(rows, CASE_COLUMNS, given.out / "piv.csv")
+    varied = setting_rows(seeds[:1])
+    write(varied, SETTING_COLUMNS, given.out / "piv-settings.csv")
+    figures.save(figures.draw_settings(varied), given.out / "piv-settings")
+    figures.save(figures.draw_band(band_profiles(seeds)), given.out / "piv-band")
+    figures.save(figures.draw_star(star_profiles(seeds)), given.out / "piv-star")
     return 0
 
 

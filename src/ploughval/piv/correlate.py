@@ -142,7 +142,7 @@ def correlate(  # noqa: PLR0913
     reject_lone(fit, place, ready.near, OUTLIER_REACH * subset)
     if fit.description.any():
         found = with_correlation(found, pair, place, fit)
-    refuse_unsure(pair, fit, place, found, on_mask(mask, place))
+    refuse_unsure(pair, fit, place, found, ready.near, on_mask(mask, place))
     return tracks_of(fit, place, pair.recipe, found)
 
 

@@ -54,10 +54,26 @@ def bends(
         So it is for some of its neighbours, and in the same direction: the motion is curved, by more than a
         subset of second order costs in noise.
     """
-    missed, together = np.zeros(len(points), bool), np.zeros(len(points), bool)
+    apart = miss_of_neighbours(pair, fit, points, near)
+    missed = np.asarray((np.abs(apart) > DISAGREES * predict_std(fit, noise) + LEAST_PX).any(axis=1))
+    apart[~missed] = 0.0
+    distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
+    beside = distance <= pair.recipe.subset
+    alike = np.einsum("nka,na->nk", gather(apart, near), apart) > 0.0
+    core = (alike & beside).sum(axis=1) >= ALIKE
+    # Where the motion turns from one bend into the next it misses nothing, and is curved all the same.
+    return missed, core | (beside & (gather(core.astype(float), near) > 0.0)).any(axis=1)
+
+
+def miss_of_neighbours(pair: Pair, fit: Fit, points: Floats, near: Index) -> Floats:
+    """How far the motion of valid neighbours, carried on along their gradients, misses each point, (N, 2) px.
+
+    NaN where the point, or all within a subset of it, are not valid. ``near`` (N, NEIGHBOURS).
+    """
+    out = np.full((len(points), 2), np.nan)
     valid = np.flatnonzero(fit.status == Status.OK)
     if valid.size < 5 or pair.recipe.terms < 3:
-        return missed, together
+        return out
     place, params = points[valid], fit.params[valid]
     if valid.size < len(points):
         near = neighbours_of(place)
@@ -65,19 +81,10 @@ def bends(
     around = gather(params, near)
     along = np.einsum("nkad,nkd->nka", around[:, :, :, 1:3], offset / pair.recipe.half)
     carried = around[:, :, :, 0] + along
-    far = ~(np.linalg.norm(offset, axis=2) <= pair.recipe.subset)
-    carried[far] = np.nan
+    carried[~(np.linalg.norm(offset, axis=2) <= pair.recipe.subset)] = np.nan
     known = np.isfinite(carried[:, :, 0]).any(axis=1)
-    apart = np.zeros((valid.size, 2))
-    apart[known] = np.nanmedian(carried[known], axis=1) - params[known, :, 0]
-    flags = (np.abs(apart) > DISAGREES * predict_std(fit.take(valid), noise) + LEAST_PX).any(axis=1)
-    apart[~flags] = 0.0
-    alike = np.einsum("nka,na->nk", gather(apart, near), apart) > 0.0
-    missed[valid] = flags
-    core = (alike & ~far).sum(axis=1) >= ALIKE
-    # Where the motion turns from one bend into the next it misses nothing, and is curved all the same.
-    together[valid] = core | (gather(core.astype(float), near) * ~far > 0.0).any(axis=1)
-    return missed, together
+    out[valid[known]] = np.nanmedian(carried[known], axis=1) - params[known, :, 0]
+    return out
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
 from ploughval.piv.subsets import Fit, Floats, Pair, match
-from ploughval.piv.validate import judge_correlation
+from ploughval.piv.validate import gather, judge_correlation, neighbours_of
 
 MARGIN = 128
 """Flow is computed this far around the points, px."""
@@ -99,6 +99,23 @@ def carried_on(
         offset = (points[some, None] - np.vstack([known, [[0.0, 0.0]]])[near[some]]) / half_px
         around[:, :, :, 0] += np.einsum("fkad,fkd->fka", around[:, :, :, 1:3], offset)
     out[some] = np.nanmedian(around, axis=1)
+    return out
+
+
+def median_of_nearest(known: Floats, values: Floats, points: Floats, count: int = 12) -> Floats:
+    """Median (F, 2) of the values (K, 2) at the known ones among the nearest of all places.
+
+    NaN where none of these is known: deep among points that failed nothing tells how they moved.
+    """
+    out = np.full((len(points), 2), np.nan)
+    if len(known) < 3 or len(points) == 0:
+        return out
+    both = np.concatenate([known, points])
+    around = gather(
+        np.concatenate([values, out]), neighbours_of(both, min(count, len(both) - 1))[len(known) :]
+    )
+    some = np.isfinite(around[:, :, 0]).any(axis=1)
+    out[some] = np.nanmedian(around[some], axis=1)
     return out
 
 

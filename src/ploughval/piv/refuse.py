@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
+from ploughval.piv.curvature import miss_of_neighbours
 from ploughval.piv.guess import spread_by_neighbours
 from ploughval.piv.precision import Noise, predict_std
 from ploughval.piv.refine import mismatch_px, noise_level
@@ -19,6 +20,8 @@ LONE = NEIGHBOURS - 1
 UNCORRELATED = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.AMBIGUOUS)
 MIXED = 4.0
 """Residual variance over that of undisturbed subsets beyond which that is asked: less may be chance."""
+ASTRAY_PX = 0.3
+"""What two things move in also disagrees with its neighbours by so much."""
 OUTLIER_REACH = 3.0
 """A vector is only judged against others within so many subsets."""
 
@@ -52,12 +55,20 @@ def reject_lone(fit: Fit, points: Floats, near: NDArray[np.intp], reach_px: floa
     fit.status[(fit.status == Status.OK) & (around >= LONE)] = Status.OUTLIER
 
 
-def refuse_unsure(pair: Pair, fit: Fit, points: Floats, noise: Noise, on_sand: NDArray[np.bool_]) -> None:
+def refuse_unsure(
+    pair: Pair,
+    fit: Fit,
+    points: Floats,
+    noise: Noise,
+    near: NDArray[np.intp],
+    on_sand: NDArray[np.bool_],
+) -> None:
     """Mark, in place, what cannot be vouched for although it matched.
 
     Points on pixels that may not be used, points that have left the picture, vectors that texture does not
     fix to ``MOST_STD_PX``, and vectors whose residuals say that ``MOST_MISMATCH_PX`` of motion is not
-    described: subsets in which two things move. ``on_sand`` (N,): whether a point's pixel may be used.
+    described and whose neighbours say so as well: subsets in which two things move. ``near``
+    (N, NEIGHBOURS): neighbours; ``on_sand`` (N,): whether a point's pixel may be used.
     """
     arrived = points + displacement_of(fit.params, points, pair.recipe)
     inside = ((arrived >= -0.5) & (arrived <= np.array(pair.mask.shape[::-1]) - 0.5)).all(axis=1)
@@ -69,7 +80,8 @@ def refuse_unsure(pair: Pair, fit: Fit, points: Floats, noise: Noise, on_sand: N
     level = noise_level(fit)
     mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.stats[:, 1] > MIXED * level)
     mixed &= ~np.isin(fit.description, (Description.BAND, Description.SIDE))
-    fit.status[(fit.status == Status.OK) & mixed] = Status.LOW_CORRELATION
+    astray = np.abs(miss_of_neighbours(pair, fit, points, near)) > ASTRAY_PX
+    fit.status[(fit.status == Status.OK) & mixed & astray.any(axis=1)] = Status.LOW_CORRELATION
     if pair.seen.size > 1:  # what the current picture does not show is no edge
         fit.status[inside & (fit.status == Status.EDGE)] = Status.MASKED
 

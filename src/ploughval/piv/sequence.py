@@ -9,21 +9,20 @@ from ploughval.axes import Status
 from ploughval.errors import CorrelationError
 from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.endings import name_failures
-from ploughval.piv.guess import Greys, flow_at, to_8bit
+from ploughval.piv.guess import Greys, flow_at, median_of_nearest, to_8bit
 from ploughval.piv.interpolate import filtered, plain_planes, spline_coefficients
 from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
 from ploughval.piv.refine import mismatch_px, noise_level, suspects
 from ploughval.piv.state import FramePoints, Picture, Reference, State
 from ploughval.piv.subsets import ALL_SEEN, Fit, Floats, Pair, displacement_of, match, place_terms
-from ploughval.piv.validate import gather, least_zncc, neighbours_of, outliers
+from ploughval.piv.validate import least_zncc, outliers
 from ploughval.piv.windows import (
     CANDIDATES,
     REACH,
     WHOLE,
     Level,
-    distinct_motions,
     match_windows,
-    near_motion,
+    motions_about,
     rank_windows,
     shapes_of,
     torn_between,
@@ -60,7 +59,8 @@ class Tracker:
         self._workers = workers
         self._held: dict[int, Reference] = {}
         self._frame = 0
-        self._noise: Noise | None = None  # of the pictures, once two of them have been seen
+        self._noise = Noise()  # of the pictures, judged when two of them have been seen
+        self._judged = False
         self._state: State | None = None
 
     def start(self, image: NDArray[np.generic], points_px: ArrayLike, sand: NDArray[np.bool_]) -> None:
@@ -156,23 +156,16 @@ class Tracker:
         self._held[self._frame] = Reference(self._frame, picture, planes, position.copy(), std.copy())
 
     def _pair(self, held: Reference, current: Picture) -> Pair:
-        variance = 0.0 if self._noise is None else self._noise.variance
-        return Pair(
-            held.planes,
-            held.picture.sand,
-            current.coefficients,
-            ALL_SEEN,
-            self._recipe,
-            self._workers,
-            variance,
-        )
+        known = held.planes, held.picture.sand, current.coefficients, ALL_SEEN
+        return Pair(*known, self._recipe, self._workers, self._noise.variance)
 
     def _measure(self, fit: Fit, current: Picture, alive: NDArray[np.intp], greys: Greys) -> None:
         """Match every living point from the flow, then from its last motion, then from its neighbours'."""
         state = self._started()
         flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
-        if self._noise is None:
+        if not self._judged:
+            self._judged = True
             first = self._held[0]
             pair = self._pair(first, current)
             self._noise, slopes = judge_noise(
@@ -238,8 +231,7 @@ class Tracker:
             there = known[np.isfinite(past[known, 0])]
             if some.size == 0:
                 continue
-            _, moved = near_motion(past[there], (now - past)[there], state.last[index[some]], reach)
-            out[some] = distinct_motions(moved)
+            out[some] = motions_about(past[there], (now - past)[there], state.last[index[some]], reach)
         return out
 
     def _windows(
@@ -278,18 +270,9 @@ class Tracker:
 
     def _neighbour_motion(self, fit: Fit, failed: NDArray[np.intp]) -> Floats:
         """Median motion since the last frame of the nearest points that were found (F, 2), else NaN."""
-        state = self._started()
+        position = self._started().position
         valid = np.flatnonzero(fit.status == Status.OK)
-        if valid.size < 3:
-            return np.full((failed.size, 2), np.nan)
-        step = (self._positions(fit) - state.position)[valid]
-        both = np.concatenate([state.position[valid], state.position[failed]])
-        near = neighbours_of(both, min(12, len(both) - 1))[valid.size :]
-        around = gather(np.concatenate([step, np.full((failed.size, 2), np.nan)]), near)
-        out = np.full((failed.size, 2), np.nan)
-        some = np.isfinite(around[:, :, 0]).any(axis=1)
-        out[some] = np.nanmedian(around[some], axis=1)
-        return out
+        return median_of_nearest(position[valid], (self._positions(fit) - position)[valid], position[failed])
 
     def _try(self, fit: Fit, current: Picture, index: NDArray[np.intp], moved: Floats) -> None:
         """Match points from their last place plus a motion; keeps the better correlation of each."""
@@ -330,7 +313,6 @@ class Tracker:
     def _std(self, fit: Fit, alive: NDArray[np.intp], current: Picture) -> Floats:
         """Standard deviation of a coordinate: this match and what the reference had gathered."""
         state = self._started()
-        assert self._noise is not None
         base = np.array([self._held[f].std[n] for f, n in zip(state.reference[alive], alive, strict=True)])
         # Residuals are alike whichever reference is matched: read them against the one that most points have.
         frames, users = np.unique(state.reference[alive], return_counts=True)

@@ -68,39 +68,26 @@ def shapes_of(subset: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.array(sides, np.int64), np.array(shifts, np.int64).reshape(-1, 2)
 
 
-def near_motion(
-    known: Floats, displacement: Floats, points: Floats, reach_px: float
-) -> tuple[Floats, Floats]:
-    """Offsets and displacements (I, NEAREST, 2) of the nearest known points within reach, NaN: none."""
-    count = len(known)
-    if count < 3 or len(points) == 0:
-        nothing = np.full((len(points), NEAREST, 2), np.nan)
-        return nothing, nothing.copy()
-    distance, near = cKDTree(known).query(points, k=min(NEAREST, count), distance_upper_bound=reach_px)
-    place = np.vstack([known, [[np.nan, np.nan]]])[near] - points[:, None]
-    moved = np.vstack([displacement, [[np.nan, np.nan]]])[near]
-    moved[~np.isfinite(distance)] = np.nan
-    return place, moved
+def motions_about(known: Floats, displacement: Floats, points: Floats, reach_px: float) -> Floats:
+    """Displacements (I, CANDIDATES, 2) of known points within reach that differ from each other.
 
-
-def _distinct(moved: Floats) -> Floats:
-    """The nearest neighbour's displacement, then those that differ most from the ones before (by 0.5 px)."""
-    kept = [0]
-    apart = np.abs(moved - moved[0]).max(axis=1)
-    while len(kept) < CANDIDATES and apart.max() > 0.5:
-        kept.append(int(np.argmax(apart)))
-        apart = np.minimum(apart, np.abs(moved - moved[kept[-1]]).max(axis=1))
-    return moved[kept]
-
-
-def distinct_motions(moved: Floats) -> Floats:
-    """Displacements (I, CANDIDATES, 2) of neighbours (I, K, 2) that differ from each other, NaN: no more."""
-    out = np.full((len(moved), CANDIDATES, 2), np.nan)
-    for k in range(len(moved)):
-        some = moved[k][np.isfinite(moved[k, :, 0])]
-        if len(some):
-            picked = _distinct(some)
-            out[k, : len(picked)] = picked
+    The nearest one's, then those that differ most from the ones before, by 0.5 px at least; NaN: no more.
+    """
+    out = np.full((len(points), CANDIDATES, 2), np.nan)
+    if len(known) < 3 or len(points) == 0:
+        return out
+    count = min(NEAREST, len(known))
+    distance, near = cKDTree(known).query(points, k=count, distance_upper_bound=reach_px)
+    for n in range(len(points)):
+        moved = displacement[near[n][np.isfinite(distance[n])]]
+        if len(moved) == 0:
+            continue
+        kept = [0]
+        apart = np.abs(moved - moved[0]).max(axis=1)
+        while len(kept) < CANDIDATES and apart.max() > 0.5:
+            kept.append(int(np.argmax(apart)))
+            apart = np.minimum(apart, np.abs(moved - moved[kept[-1]]).max(axis=1))
+        out[n, : len(kept)] = moved[kept]
     return out
 
 

@@ -53,6 +53,8 @@ def run_benches(names: Sequence[str], out: Path) -> list[Path]:
         raise ConfigError(
             "bench", [Fault("name", repr(name), f"one of {', '.join(known)}") for name in unknown]
         )
+    if str(folder) not in sys.path:  # the scripts share modules
+        sys.path.insert(0, str(folder))
     before = _stamps(out)
     for name in names or known:
         _load(known[name]).main(["--out", str(out)])
