@@ -167,6 +167,10 @@ def test_displacement_follows_mirror_transposition_and_ignores_gain(sand, transf
         ({"current": np.zeros((220, 260, 3), np.uint8)}, "grey picture"),
         ({"mask": np.ones((5, 5), bool)}, "mask is"),
         ({"guess": [[0.0, 0.0]]}, "guess has"),
+        ({"noise": -3.0}, "noise is -3.0"),
+        ({"noise": np.nan}, "noise is nan"),
+        ({"workers": 0}, "workers is 0"),
+        ({"shape": "free"}, "shape is 'free'"),
     ],
 )
 def test_bad_input_is_refused_in_words(sand, change, text):
@@ -177,6 +181,47 @@ def test_bad_input_is_refused_in_words(sand, change, text):
     } | change
     with pytest.raises(CorrelationError, match=text):
         correlate(given.pop("reference"), given.pop("current"), given.pop("points"), **given)
+
+
+@pytest.mark.parametrize("kind", [bool, float, np.int64])
+def test_mask_may_be_of_any_type_and_every_number_but_zero_is_usable(sand, kind):
+    mask = np.zeros(sand.shape, kind)
+    mask[60:] = {bool: True, float: 0.5, np.int64: 256}[kind]
+    tracks = correlate(sand.picture(), sand.picture((1.2, 0.4)), [[100.0, 40.0], [100.0, 120.0]], mask=mask)
+    assert tracks.status.tolist() == [Status.MASKED, Status.OK]
+
+
+@pytest.mark.parametrize("mask", [None, np.ones((220, 260), bool)])
+def test_points_outside_the_picture_are_edge_with_and_without_a_mask(sand, mask):
+    tracks = correlate(
+        sand.picture(), sand.picture((0.3, 0.2)), [[-3.0, 100.0], [100.0, 222.0], [100.0, 100.0]], mask=mask
+    )
+    assert tracks.status.tolist() == [Status.EDGE, Status.EDGE, Status.OK]
+
+
+def test_stretched_subset_that_reaches_over_the_border_reads_its_pixels_rightly(sand):
+    def motion(p):
+        return (p - [130, 110]) * [0.05, 0.04]
+
+    points = np.array([[x, y] for x in range(14, 22) for y in range(60, 160, 6)], float)
+    tracks = correlate(sand.picture(kind=np.float32), sand.picture(motion, kind=np.float32), points)
+    assert tracks.valid.all()
+    # Rigid grains under 5 % of stretch leave some hundredths of a px; a wrong cell of the spline left more.
+    assert rms(tracks.displacement - motion(points)) < 0.04
+
+
+def test_wrong_hints_beside_a_moving_block_are_mended(sand):
+    def motion(p):
+        return np.where(p[:, 1:] < 110, [50.0, 0.0], [0.0, 0.0])
+
+    points = sand.points(12, margin=30)
+    points = points[np.abs(points[:, 1] - 110) > 16]
+    guess = motion(points)
+    guess[points[:, 1] > 110] = [25.0, 9.0]
+    tracks = correlate(sand.picture(), sand.picture(motion), points, guess=guess)
+    still = points[:, 1] > 110
+    assert tracks.valid[still].all()
+    assert np.abs(tracks.displacement[still]).max() < 0.01
 
 
 def test_no_points_give_no_vectors(sand):

@@ -123,3 +123,32 @@ def test_advance_before_start_and_pictures_of_another_size_are_refused(sand):
     tracker.start(sand.picture(), [[100.0, 100.0]], all_sand(sand))
     with pytest.raises(CorrelationError, match="first frame"):
         tracker.advance(np.zeros((100, 100), np.uint8), np.ones((100, 100), bool))
+
+
+def test_second_start_forgets_the_noise_of_the_series_before(sand):
+    points, everywhere = sand.points(20, margin=40), np.ones(sand.shape, bool)
+
+    def last(tracker, noise, seed):
+        tracker.start(sand.picture(noise=noise, seed=seed), points, everywhere)
+        return tracker.advance(sand.picture((1.3, 0.4), noise=noise, seed=seed + 1), everywhere)
+
+    used, fresh = Tracker(Piv()), Tracker(Piv())
+    last(used, 20, 1)
+    again, alone = last(used, 1, 5), last(fresh, 1, 5)
+    assert again.position_px.tobytes() == alone.position_px.tobytes()
+    assert again.std_px.tobytes() == alone.std_px.tobytes()
+
+
+def test_noise_is_judged_by_the_first_pair_that_correlates(sand):
+    points, everywhere = sand.points(20, margin=40), np.ones(sand.shape, bool)
+    tracker, alone = Tracker(Piv()), Tracker(Piv())
+    dark = np.full(sand.shape, 90, np.uint8)
+    frames = [sand.picture((1.3 * k, 0.4 * k), noise=8, seed=k) for k in range(3)]
+    for follower in (tracker, alone):
+        follower.start(frames[0], points, everywhere)
+    tracker.advance(dark, everywhere)
+    late = tracker.advance(frames[1], everywhere)
+    soon = alone.advance(frames[1], everywhere)
+    assert (late.status == Status.OK).mean() > 0.95
+    # The same noise is found, though the flow was computed from the dark frame.
+    assert np.nanmedian(late.std_px) == pytest.approx(np.nanmedian(soon.std_px), rel=0.05)

@@ -75,11 +75,11 @@ def two_sides(known: Floats, params: Floats, points: Floats, half_px: float, rea
 
 def starts_of(pair: Pair, points: Floats, sides: Floats) -> Floats:
     """Starts (I, K, TERMS) of the fit from the motions of both sides and the line that divides them best."""
-    from ploughval.piv import band_kernel, band_line, sampling
+    from ploughval.piv import band_line, band_shape, sampling
 
     recipe = pair.recipe
     pictures, tables = kernel_input(pair)
-    centres, lines = centres_of(points), np.full((len(points), 3), np.nan)
+    centres, lines = centres_of(points), np.full((len(points), 2), np.nan)
     flat = np.ascontiguousarray(sides.reshape(len(points), 2, -1))
 
     def run(part: slice) -> None:
@@ -88,14 +88,14 @@ def starts_of(pair: Pair, points: Floats, sides: Floats) -> Floats:
         band_line.divide_points(pictures, tables, centres[part], flat[part], lines[part], work, scratch)
 
     in_chunks(run, len(points), pair.workers)
-    out = np.full((len(points), len(STARTS_PX), band_kernel.TERMS), np.nan)
+    out = np.full((len(points), len(STARTS_PX), band_shape.TERMS), np.nan)
     for k, width in enumerate(STARTS_PX):
         out[:, k, :2] = sides[:, :, :, 0].mean(axis=1)
         out[:, k, 2:6] = 0.0
         if recipe.terms >= 3:
             out[:, k, 2:6] = sides[:, :, :, 1:3].mean(axis=1).reshape(len(points), 4) / recipe.half
         out[:, k, 6:8] = sides[:, 1, :, 0] - sides[:, 0, :, 0]
-        out[:, k, 8:10] = lines[:, :2]
+        out[:, k, 8:10] = lines
         out[:, k, 10] = width
     out[~np.isfinite(lines[:, 0])] = np.nan
     return out
@@ -126,7 +126,7 @@ def match_bands(pair: Pair, points: Floats, starts: Floats, enough: float) -> Ba
 
     ``enough`` : residual variance at which no further start is tried, grey levels^2.
     """
-    from ploughval.piv import band_kernel, kernel
+    from ploughval.piv import band_kernel, band_shape, kernel
 
     recipe, count = pair.recipe, len(points)
     pictures, tables = kernel_input(pair)
@@ -136,7 +136,7 @@ def match_bands(pair: Pair, points: Floats, starts: Floats, enough: float) -> Ba
     status = np.full(count, Status.NOT_CONVERGED, np.int8)
 
     def run(part: slice) -> None:
-        band = band_kernel.make_band_work(recipe.subset, recipe.terms)
+        band = band_shape.make_band_work(recipe.subset, recipe.terms)
         chunk = band_kernel.BandPoints(centres[part], offsets[part], tries[part], motion[part])
         results = kernel.Results(stats[part], status[part])
         band_kernel.match_bands(pictures, tables, chunk, results, enough, noise_in_slopes(pair), band)

@@ -1,11 +1,4 @@
-"""Compiled matching of subsets that a shear band crosses: two sides in motion and a band between them.
-
-    u(x) = a + G x + b S((n . x - c) / w)
-
-with S a smooth step from -1/2 to 1/2, n = (cos t, sin t) across the band, c its distance from the subset's
-centre and w half its width (an enriched shape function; cf. Rethore, Hild & Roux 2007 for the finite-element
-form). Levenberg-Marquardt in all eleven parameters.
-"""
+"""Compiled matching of subsets that a shear band crosses, by Levenberg-Marquardt in all eleven parameters."""
 
 from typing import NamedTuple
 
@@ -13,27 +6,27 @@ import numpy as np
 from numba import njit
 
 from ploughval.axes import Status
-from ploughval.piv.algebra import dot, invert
-from ploughval.piv.kernel import STATS, Results, answers, centre, difference, drop
+from ploughval.piv.algebra import dot, invert, total
+from ploughval.piv.band_shape import TERMS, BandWork, at_point, columns, sample_band, step
+from ploughval.piv.kernel import Results, answers, centre, difference, drop
 from ploughval.piv.sampling import (
+    EDGE,
     KERNEL,
+    LEAST_SHARE,
     OK,
     Floats,
     Ints,
     Pictures,
-    Singles,
     Tables,
     Work,
-    blend_row,
     compiled,
     gather,
-    keep_inside,
-    make_work,
 )
 
 NOT_CONVERGED, FLAT = int(Status.NOT_CONVERGED), int(Status.FLAT)
-TERMS = 11
-"""Parameters: a (2), G (4: xx, xy, yx, yy; 1), b (2) px, t rad, c px, w px."""
+PARTS = "c43467b53543"
+"""Digest of the files this kernel is made of: compiled code is kept by this file alone, so it must change
+with them (a test says what it is)."""
 WIDTH_PX = (1.0, 30.0)
 """Half-widths that a band may have."""
 MOST_GRADIENT = 0.6
@@ -58,116 +51,6 @@ class BandPoints(NamedTuple):
     offsets: Floats
     tries: Floats
     motion: Floats
-
-
-class BandWork(NamedTuple):
-    """Scratch of one chunk."""
-
-    work: Work
-    pixels: Singles  # (3 + TERMS, n): step, its slope, place along the band; a column for each parameter
-    matrix: Floats
-    inverse: Floats
-    damped: Floats
-    sums: Floats  # (2, TERMS)
-    rhs: Floats
-    trial: Floats
-    best: Floats
-    kept: Floats  # stats of the best start
-    state: Floats  # correlation, gain, damping
-
-
-def make_band_work(side: int, terms: int) -> BandWork:
-    """Scratch for subsets of ``side`` px."""
-    work = make_work(side, terms)
-    square, line = (TERMS, TERMS), TERMS
-    return BandWork(
-        work, np.zeros((3 + TERMS, work.f.size), np.float32), np.zeros(square), np.zeros(square),
-        np.zeros(square), np.zeros((2, TERMS)), np.zeros(line), np.zeros(line), np.zeros(line),
-        np.zeros(STATS), np.zeros(3),
-    )  # fmt: skip
-
-
-@compiled
-def _step(p: Floats, side: int, scratch: Singles) -> None:
-    """Step S, its slope S' / w across the band, and place along it, for every pixel: scratch[0:3]."""
-    half, wide = side // 2, (side + 15) // 16 * 16
-    nx, ny = np.float32(np.cos(p[8])), np.float32(np.sin(p[8]))
-    c, inverse = np.float32(p[9]), np.float32(1.0 / p[10])
-    one, zero = np.float32(1.0), np.float32(0.0)
-    for row in range(side):
-        y = np.float32(row - half)
-        s, d, e = scratch[0, row * wide :], scratch[1, row * wide :], scratch[2, row * wide :]
-        for i in range(side):
-            x = np.float32(i - half)
-            t = (x * nx + y * ny - c) * inverse
-            t = min(max(t, -one), one)
-            q = t * t
-            s[i] = t * (np.float32(15.0) - q * (np.float32(10.0) - np.float32(3.0) * q)) * np.float32(0.0625)
-            d[i] = max(np.float32(0.9375) * (one - q) * (one - q), zero) * inverse
-            e[i] = y * nx - x * ny
-
-
-@compiled
-def _sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, band: BandWork) -> int:
-    """Current picture at the subset as the band moves it; returns how many pixels left the picture."""
-    side, half = tables.side, tables.side // 2
-    wide = (side + 15) // 16 * 16
-    work, scratch = band.work, band.pixels
-    place = work.place
-    height, width = pictures.mask.shape
-    lost = 0
-    # Whole px go into the base of a row, so that single precision serves.
-    x0, y0 = np.int64(np.floor(p[0])), np.int64(np.floor(p[1]))
-    for row in range(side):
-        ax, ay = np.float32(p[0] - x0 + p[3] * (row - half)), np.float32(p[1] - y0 + p[5] * (row - half))
-        gx, gy, bx, by = np.float32(p[2]), np.float32(p[4]), np.float32(p[6]), np.float32(p[7])
-        s = scratch[0, row * wide :]
-        xs, ys = place[0], place[1]
-        far = np.float32(0.0)
-        for i in range(side):
-            x = np.float32(i - half)
-            xs[i] = ax + gx * x + bx * s[i]
-            ys[i] = ay + gy * x + by * s[i]
-            far = max(far, max(abs(xs[i]), abs(ys[i])))
-        left, top = cx - half + x0, cy - half + row + y0
-        if not far < 1e6:
-            return side * side
-        inside = left - far >= 0.0 and left + side + far <= width - 1.0
-        inside = inside and top - far >= 0.0 and top + far <= height - 1.0 and pictures.seen.size == 1
-        if not inside:
-            lost += keep_inside(pictures, left, top, place, side, work.weight[row * wide : row * wide + side])
-        blend_row(pictures.current, tables.basis, top, left, place, side, False, work.g[row * wide :])
-    return lost
-
-
-@compiled
-def _columns(tables: Tables, p: Floats, band: BandWork) -> None:
-    """What the current picture changes by with each parameter: scratch[3:14], slopes carried along."""
-    side, half = tables.side, tables.side // 2
-    wide = (side + 15) // 16 * 16
-    work, scratch = band.work, band.pixels
-    nx, ny = np.float32(np.cos(p[8])), np.float32(np.sin(p[8]))
-    bx, by, c, inverse = np.float32(p[6]), np.float32(p[7]), np.float32(p[9]), np.float32(1.0 / p[10])
-    one, least = np.float32(1.0), np.float32(0.3)
-    for row in range(side):
-        y, start = np.float32(row - half), row * wide
-        for i in range(side):
-            k = start + i
-            x, s, d, e = np.float32(i - half), scratch[0, k], scratch[1, k], scratch[2, k]
-            # Slopes of the current picture where the pixel went: (1 + grad u)^-T times the reference's.
-            ux, uy = one + np.float32(p[2]) + bx * nx * d, np.float32(p[3]) + bx * ny * d
-            vx, vy = np.float32(p[4]) + by * nx * d, one + np.float32(p[5]) + by * ny * d
-            det = max(ux * vy - uy * vx, least)
-            sx, sy = work.slope_x[k], work.slope_y[k]
-            gx, gy = (vy * sx - vx * sy) / det, (ux * sy - uy * sx) / det
-            across = bx * gx + by * gy
-            scratch[3, k], scratch[4, k] = gx, gy
-            scratch[5, k], scratch[6, k] = gx * x, gx * y
-            scratch[7, k], scratch[8, k] = gy * x, gy * y
-            scratch[9, k], scratch[10, k] = gx * s, gy * s
-            scratch[11, k] = across * d * e
-            scratch[12, k] = -across * d
-            scratch[13, k] = -across * d * (x * nx + y * ny - c) * inverse
 
 
 @compiled
@@ -209,15 +92,14 @@ def _damp(band: BandWork, damping: float) -> bool:
 @compiled
 def _correlation(
     pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, band: BandWork, count: float
-) -> tuple[float, float]:
-    """Correlation at p (-2: pixels leave the picture) and the gain; the residuals are left in work.g."""
+) -> float:
+    """Correlation at p, -2 where pixels leave the picture; the residuals are left in work.g."""
     n = tables.mono.shape[1]
-    _step(p, tables.side, band.pixels)
-    if _sample(pictures, tables, cx, cy, p, band) > 0:
-        return -2.0, 0.0
+    step(p, tables.side, band.pixels)
+    if sample_band(pictures, tables, cx, cy, p, band, False) > 0:
+        return -2.0
     norm = np.sqrt(dot(band.work.f, band.work.f, n))
-    zncc, scale = difference(band.work, n, count, norm)
-    return float(zncc), float(scale)
+    return float(difference(band.work, n, count, norm))
 
 
 @compiled
@@ -244,29 +126,32 @@ def _farthest(p: Floats, q: Floats, half: int) -> float:
 def _try_steps(
     pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, band: BandWork, count: float
 ) -> bool:
-    """Raise the damping until a step betters the correlation; p is overwritten. True: converged."""
+    """Raise the damping until a step betters the correlation; p is overwritten.
+
+    True: the step was small, or none betters the correlation any more.
+    """
     for _ in range(TRIES):
-        if not _damp(band, band.state[2]):
-            band.state[2] = max(10.0 * band.state[2], 1e-4)
+        if not _damp(band, band.state[1]):
+            band.state[1] = max(10.0 * band.state[1], 1e-4)
             continue
         for k in range(TERMS):
-            total = 0.0
+            step = 0.0
             for m in range(TERMS):
-                total += band.inverse[k, m] * band.rhs[m]
-            band.trial[k] = p[k] + total
+                step += band.inverse[k, m] * band.rhs[m]
+            band.trial[k] = p[k] + step
         far = _farthest(p, band.trial, tables.side // 2)
         if not _bounded(band.trial, tables.side):
-            band.state[2] *= 8.0
+            band.state[1] *= 8.0
             continue
-        new, gain = _correlation(pictures, tables, cx, cy, band.trial, band, count)
+        new = _correlation(pictures, tables, cx, cy, band.trial, band, count)
         if new > band.state[0] or (far < STEP_PX and new > band.state[0] - 1e-7):
             little = new - band.state[0] < LEAST_GAIN * (1.0 - new)
-            band.state[0], band.state[1] = new, gain
-            band.state[2] = max(0.2 * band.state[2], 1e-6)
+            band.state[0] = new
+            band.state[1] = max(0.2 * band.state[1], 1e-6)
             for k in range(TERMS):
                 p[k] = band.trial[k]
             return bool(little or far < STEP_PX)
-        band.state[2] *= 6.0
+        band.state[1] *= 6.0
         if far < STEP_PX:
             break
     return True
@@ -281,27 +166,30 @@ def _fit(
     work.level[1] = 0.0
     if not _bounded(p, tables.side):
         return NOT_CONVERGED
-    _step(p, tables.side, band.pixels)
-    _sample(pictures, tables, cx, cy, p, band)  # pixels that leave the picture lose their weight
+    gathered = total(work.weight, n)
+    step(p, tables.side, band.pixels)
+    sample_band(pictures, tables, cx, cy, p, band, True)  # pixels that leave the picture lose their weight
     drop(work, n)
     count, norm = centre(work, n)
     work.level[0] = work.level[1]
-    if not norm > 0.0 or count < 4.0 * TERMS:
+    if count < max(LEAST_SHARE * gathered, 4.0 * TERMS):
+        return EDGE
+    if not norm > 0.0:
         return FLAT
     ff, status = norm * norm, NOT_CONVERGED
-    band.state[0], band.state[1] = _correlation(pictures, tables, cx, cy, p, band, count)
-    band.state[2] = 1e-2
+    band.state[0] = _correlation(pictures, tables, cx, cy, p, band, count)
+    band.state[1] = 1e-2
     for iteration in range(ITERATIONS):
-        _columns(tables, p, band)
+        columns(tables, p, band)
         _normal(band, n, count, ff)
         stats[5] = iteration + 1.0
         if _try_steps(pictures, tables, cx, cy, p, band, count):
             status = OK
             break
-    zncc, _ = _correlation(pictures, tables, cx, cy, p, band, count)
+    zncc = _correlation(pictures, tables, cx, cy, p, band, count)
     if zncc < -1.0:
         return NOT_CONVERGED
-    _columns(tables, p, band)
+    columns(tables, p, band)
     _normal(band, n, count, ff)
     if not _damp(band, 1e-6):
         return NOT_CONVERGED
@@ -311,32 +199,19 @@ def _fit(
 
 
 @compiled
+def _slopes(work: Work, n: int, slope_noise: float, stats: Floats) -> None:
+    """What stats say of the slopes of the pixels gathered, as for plain subsets."""
+    count = max(total(work.weight, n), 1.0)
+    work.moments[0, 0] = dot(work.slope_x, work.slope_x, n)
+    work.moments[2, 0] = dot(work.slope_y, work.slope_y, n)
+    answers(work, count, slope_noise, stats)
+
+
+@compiled
 def copy(source: Floats, target: Floats) -> None:
     """Copy a short array; assigning a slice would allocate."""
     for k in range(source.size):
         target[k] = source[k]
-
-
-@compiled
-def _at_point(p: Floats, dx: float, dy: float, band: BandWork, stats: Floats, out: Floats) -> None:
-    """Motion (2) and its gradient (4) at a point of the subset, and what its variance is over the noise's."""
-    nx, ny = np.cos(p[8]), np.sin(p[8])
-    t = min(max((dx * nx + dy * ny - p[9]) / p[10], -1.0), 1.0)
-    s = t * (15.0 - t * t * (10.0 - 3.0 * t * t)) / 16.0
-    d = 15.0 / 16.0 * (1.0 - t * t) ** 2 / p[10]
-    row = band.trial
-    for axis in range(2):
-        b = p[6 + axis]
-        out[axis] = p[axis] + p[2 + 2 * axis] * dx + p[3 + 2 * axis] * dy + b * s
-        out[2 + 2 * axis], out[3 + 2 * axis] = p[2 + 2 * axis] + b * nx * d, p[3 + 2 * axis] + b * ny * d
-        row[:] = 0.0
-        row[axis], row[2 + 2 * axis], row[3 + 2 * axis], row[6 + axis] = 1.0, dx, dy, s
-        row[8], row[9], row[10] = b * d * (dy * nx - dx * ny), -b * d, -b * d * t
-        total = 0.0
-        for k in range(TERMS):
-            for m in range(TERMS):
-                total += row[k] * band.inverse[k, m] * row[m]
-        stats[2 + axis] = max(total, 0.0)
 
 
 @njit(cache=True, **KERNEL)
@@ -378,21 +253,15 @@ def match_bands(
                 continue
             status = gather(pictures, tables, cx, cy, band.work)
             if status == OK:
-                ratio = min(max(band.work.slopes[1] / max(band.work.slopes[0], 1e-300), 0.25), 2.5)
-                stats[7], stats[8] = band.work.slopes[0], ratio
+                _slopes(band.work, n_all, slope_noise, stats)
                 status = _fit(pictures, tables, cx, cy, p, stats, band)
             if status == OK and stats[0] > band.kept[0]:
                 code = OK
-                stats[7] /= 2.0 * max(stats[4], 1.0)
-                stats[9] = stats[7] * ratio
-                band.work.moments[0, 0] = dot(band.work.slope_x, band.work.slope_x, n_all)
-                band.work.moments[2, 0] = dot(band.work.slope_y, band.work.slope_y, n_all)
-                answers(band.work, stats[4], slope_noise, stats)
-                _at_point(p, points.offsets[n, 0], points.offsets[n, 1], band, stats, points.motion[n])
+                at_point(p, points.offsets[n, 0], points.offsets[n, 1], band, stats, points.motion[n])
                 copy(stats, band.kept)
                 copy(p, band.best)
             elif code != OK:
-                code = status
+                code = status if status != OK else NOT_CONVERGED
         if code == OK:
             copy(band.best, points.tries[n, 0])
             copy(band.kept, stats)

@@ -18,6 +18,9 @@ from ploughval.piv.sampling import (
     sample,
 )
 
+PARTS = "199d909b03bc"
+"""Digest of the files this kernel is made of: compiled code is kept by this file alone, so it must change
+with them (a test says what it is)."""
 DIRECTIONS = 24
 """Directions of a band that are tried."""
 
@@ -26,7 +29,7 @@ DIRECTIONS = 24
 def _errors(
     pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work: Work, out: Singles
 ) -> bool:
-    """Squared residuals of a subset that moves by p, free of gain and offset."""
+    """Squared residuals of a subset that moves by p, free of gain and offset; -1 beyond the picture."""
     n = tables.mono.shape[1]
     if gather(pictures, tables, cx, cy, work) != OK:
         return False
@@ -38,17 +41,20 @@ def _errors(
         return False
     difference(work, n, count, norm)
     for i in range(n):
-        out[i] = work.g[i] * work.g[i]
+        out[i] = work.g[i] * work.g[i] if work.weight[i] > 0.0 else np.float32(-1.0)
     return True
 
 
 @compiled
-def _best_cut(
-    side: int, weight: Singles, scratch: Singles, first: float, second: float, line: Floats
-) -> None:
+def _best_cut(side: int, scratch: Singles, line: Floats) -> None:
     """Line with the least sum of the first motion's residuals on its near side and the second's beyond it."""
     half, wide = side // 2, (side + 15) // 16 * 16
     reach = np.int64(1.5 * half + 2)
+    first, second = 0.0, 0.0
+    for n in range(side * wide):
+        if scratch[0, n] >= 0.0 and scratch[1, n] >= 0.0:
+            first += scratch[0, n]
+            second += scratch[1, n]
     best, whole = 0.0, min(first, second)
     for turn in range(DIRECTIONS):
         angle = 2.0 * np.pi * turn / DIRECTIONS
@@ -58,16 +64,15 @@ def _best_cut(
         for row in range(side):
             for i in range(side):
                 n = row * wide + i
-                place = np.int64(np.floor((i - half) * nx + (row - half) * ny + 0.5)) + reach
-                place = min(max(place, np.int64(0)), 2 * reach)
-                sums[place] += (scratch[0, n] - scratch[1, n]) * weight[n]
+                if scratch[0, n] >= 0.0 and scratch[1, n] >= 0.0:
+                    place = np.int64(np.floor((i - half) * nx + (row - half) * ny + 0.5)) + reach
+                    sums[min(max(place, np.int64(0)), 2 * reach)] += scratch[0, n] - scratch[1, n]
         gained = 0.0
         for m in range(2 * reach, 0, -1):
             gained += sums[m]
             if whole - first + gained > best:
                 best = whole - first + gained
                 line[0], line[1] = angle, m - reach - 0.5
-    line[2] = best / max(whole, 1e-300)
 
 
 @njit(cache=True, **KERNEL)
@@ -90,9 +95,9 @@ def divide_points(
         Centres of the subsets.
     sides : (N, 2, 2 terms) float64
         Both motions, as parameters of the shape function.
-    lines : (N, 3) float64
-        Set to the direction t (rad) of the normal that points to the second motion's side, the line's
-        distance c from the centre along it (px), and the share of squared residuals that the cut removes.
+    lines : (N, 2) float64
+        Set to the direction t (rad) of the normal that points to the second motion's side, and the line's
+        distance c from the centre along it (px); NaN: none.
     work, scratch : Work, (3, side * wide) float32
         Scratch of this thread.
     """
@@ -103,8 +108,4 @@ def divide_points(
         known = _errors(pictures, tables, cx, cy, sides[k, 0], work, scratch[0])
         if not known or not _errors(pictures, tables, cx, cy, sides[k, 1], work, scratch[1]):
             continue
-        first, second = 0.0, 0.0
-        for n in range(tables.mono.shape[1]):
-            first += scratch[0, n] * work.weight[n]
-            second += scratch[1, n] * work.weight[n]
-        _best_cut(side, work.weight, scratch, first, second, lines[k])
+        _best_cut(side, scratch, lines[k])

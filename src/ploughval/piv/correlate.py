@@ -14,7 +14,7 @@ from ploughval.piv.prepare import prepare
 from ploughval.piv.refine import refine
 from ploughval.piv.refuse import (
     OUTLIER_REACH,
-    on_mask,
+    on_sand,
     refuse_unsure,
     reject_lone,
     reject_outliers,
@@ -83,7 +83,7 @@ def correlate(  # noqa: PLR0913
     Parameters
     ----------
     reference, current : (H, W) uint8, uint16 or float
-        Pictures.
+        Pictures; pixels that are not finite are left out.
     points : (N, 2) float, px
         Points in the reference, x first.
     subset : int, px
@@ -115,10 +115,12 @@ def correlate(  # noqa: PLR0913
 
     Notes
     -----
-    Zero-mean normalised sum of squared differences, inverse-compositional Gauss-Newton.
+    Zero-mean normalised sum of squared differences, inverse-compositional Gauss-Newton (Baker & Matthews
+    2004); docs/theory-correlation.md derives all of it.
     """
     place = check_points(points)
     check_images(reference, current, mask)
+    check_settings(noise, shape, workers)
     recipe = make_recipe(subset, order, spline)
     if len(place) == 0:
         return tracks_of(Fit.empty(0, recipe.terms, Status.OK), place, recipe, Noise())
@@ -134,6 +136,7 @@ def correlate(  # noqa: PLR0913
     found = with_correlation(found, pair, place, fit)
     if shape == "adaptive":
         refine(pair, fit, place, ZNCC_MIN, found, ready.near)
+    reopen(pair, fit, place)
     if failed_points(fit).size:
         search_failed(pair, greys, fit, place, ZNCC_MIN)
     reject_outliers(pair, fit, place, ready.near, ZNCC_MIN)
@@ -142,7 +145,7 @@ def correlate(  # noqa: PLR0913
     reject_lone(fit, place, ready.near, OUTLIER_REACH * subset)
     if fit.description.any():
         found = with_correlation(found, pair, place, fit)
-    refuse_unsure(pair, fit, place, found, ready.near, on_mask(mask, place))
+    refuse_unsure(pair, fit, place, found, ready.near, on_sand(pair, place, mask))
     return tracks_of(fit, place, pair.recipe, found)
 
 
@@ -169,7 +172,9 @@ def check_points(points: ArrayLike) -> Floats:
         raise CorrelationError(f"points has the shape {place.shape}; expected (N, 2), x first, in px")
     wrong = np.flatnonzero(~np.isfinite(place).all(axis=1) | (np.abs(place) > 1e6).any(axis=1))
     if wrong.size:
-        raise CorrelationError(f"points[{wrong[0]}] is {place[wrong[0]].tolist()}; expected finite px")
+        raise CorrelationError(
+            f"points[{wrong[0]}] is {place[wrong[0]].tolist()}; expected finite px within a million"
+        )
     return place
 
 
@@ -182,7 +187,7 @@ def check_guess(guess: ArrayLike, count: int) -> Floats:
 
 
 def check_images(reference: Any, current: Any, mask: Any = None) -> None:
-    """Raise CorrelationError unless both pictures are finite grey pictures of one shape."""
+    """Raise CorrelationError unless both pictures are grey pictures of one shape."""
     for name, image in (("reference", reference), ("current", current)):
         if not isinstance(image, np.ndarray) or image.ndim != 2 or min(image.shape) < 16:
             shape = getattr(image, "shape", type(image).__name__)
@@ -197,6 +202,16 @@ def check_images(reference: Any, current: Any, mask: Any = None) -> None:
         )
     if mask is not None and np.shape(mask) != reference.shape:
         raise CorrelationError(f"mask is {np.shape(mask)}; expected the pictures' shape {reference.shape}")
+
+
+def check_settings(noise: float | None, shape: str, workers: int) -> None:
+    """Raise CorrelationError for settings that mean nothing."""
+    if noise is not None and not (np.isfinite(noise) and noise >= 0):
+        raise CorrelationError(f"noise is {noise!r}; expected grey levels of at least 0, or None")
+    if shape not in ("adaptive", "fixed"):
+        raise CorrelationError(f"shape is {shape!r}; expected 'adaptive' or 'fixed'")
+    if not (isinstance(workers, int | np.integer) and workers >= 1):
+        raise CorrelationError(f"workers is {workers!r}; expected a number of threads, at least 1")
 
 
 def make_recipe(subset: int, order: int, spline: int) -> Recipe:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.precision import Noise, predict_std, with_correlation
-from ploughval.piv.subsets import Description, Fit, Floats, Pair, match, read_subsets
-from ploughval.piv.validate import gather, neighbours_of
+from ploughval.piv.subsets import Description, Fit, Floats, Pair, displacement_of, match, read_subsets
+from ploughval.piv.validate import chance_zncc, gather, neighbours_of
 
 Index = NDArray[np.intp]
 DISAGREES = 5.0
@@ -88,18 +88,29 @@ def miss_of_neighbours(pair: Pair, fit: Fit, points: Floats, near: Index) -> Flo
 
 
 @dataclass(frozen=True, slots=True)
+class Level:
+    """What undisturbed subsets of a pair reach: residual variance, and the least correlation to be valid."""
+
+    residual: float
+    zncc: float
+
+    def good(self, fit: Fit, noise: Noise) -> NDArray[np.bool_]:
+        """Which subsets matched well enough, and better than chance lets so many pixels, (N,)."""
+        least = np.maximum(chance_zncc(fit, noise.variance), self.zncc)
+        return np.asarray((fit.status == Status.OK) & (fit.zncc >= least))
+
+
+@dataclass(frozen=True, slots=True)
 class Suspects:
     """Points that a plain subset may not describe.
 
-    Where, their suspect neighbours (I, POOLED), least zncc, whether the motion bends about them, and the
-    residual variance of undisturbed subsets.
+    Where, their suspect neighbours (I, POOLED), and whether the motion bends about them.
     """
 
     points: Floats
     near: Index
-    least: Floats
     bent: NDArray[np.bool_]
-    level: float
+    level: Level
     noise: Noise
 
 
@@ -109,14 +120,12 @@ def follow_curvature(
     points: Floats,
     index: Index,
     bent: NDArray[np.bool_],
-    least: Floats,
-    level: float,
+    level: Level,
     noise: Noise,
 ) -> None:
     """Take the smoothest sufficient of plain, quadratic and small quadratic subsets, in place.
 
-    ``bent`` and ``least`` (N,) are of all points: the motion bends about them; least correlation. ``level``:
-    residual variance of undisturbed subsets.
+    ``bent`` (N,): whether the motion bends about each point.
     """
     where = points[index]
     near = neighbours_of(where, POOLED)
@@ -127,8 +136,8 @@ def follow_curvature(
     if 2 * index.size > len(points):
         # Hardly a plain subset is undisturbed: what curvature leaves would count as correlated noise.
         noise = with_correlation(noise, second, where, full)
-    suspects = Suspects(where, near, least[index], bent[index], level, noise)
-    whole = _described(full, pair.recipe.terms, Description.QUADRATIC)
+    suspects = Suspects(where, near, bent[index], level, noise)
+    whole = _described(pair, where, full, Description.QUADRATIC)
     chosen = _worthwhile(suspects, plain, whole, plain.stats[:, 1])
     fit.put(index[chosen], whole.take(chosen))
     reach = pair.recipe.subset // 3
@@ -137,7 +146,7 @@ def follow_curvature(
     start = np.where(sound[:, None, None], full.params, _raised(plain.params, 6)) * scale
     small = match(replace(pair, recipe=replace(pair.recipe, order=2, subset=2 * reach + 1)), where, start)
     small = replace(small, params=small.params / scale)
-    fine = _described(small, pair.recipe.terms, Description.QUADRATIC_SMALL)
+    fine = _described(pair, where, small, Description.QUADRATIC_SMALL)
     before = _residuals(pair, where, plain.params, reach)
     chosen = _worthwhile(suspects, fit.take(index), fine, before)
     fit.put(index[chosen], fine.take(chosen))
@@ -150,11 +159,14 @@ def _raised(params: Floats, terms: int) -> Floats:
     return out
 
 
-def _described(fit: Fit, terms: int, kind: Description) -> Fit:
-    """A fit of second order as parameters of fewer terms, marked as what it is."""
-    stats = fit.stats.copy()
+def _described(pair: Pair, points: Floats, fit: Fit, kind: Description) -> Fit:
+    """A fit of second order as parameters of the pair's own order, marked as what it is."""
+    stats, terms = fit.stats.copy(), pair.recipe.terms
     stats[:, -1] = kind
-    return Fit(fit.params[:, :, :terms].copy(), stats, fit.status)
+    params = fit.params[:, :, :terms].copy()
+    if terms == 1:  # what is left out moves the point, which stands beside its subset's centre
+        params[:, :, 0] = displacement_of(fit.params, points, replace(pair.recipe, order=2))
+    return Fit(params, stats, fit.status)
 
 
 def worth(more: Index | int, count: Floats) -> Floats:
@@ -174,7 +186,7 @@ def _worthwhile(suspects: Suspects, old: Fit, new: Fit, before: Floats) -> Index
     before = np.maximum(before, 1e-12)
     # Shares, and bounded below: a neighbour that found another place must not outweigh the others.
     gains = np.where(usable, np.maximum(1.0 - new.stats[:, 1] / before, WORST), np.nan)
-    excess = np.where(usable, np.maximum(1.0 - suspects.level / before, 0.0), np.nan)
+    excess = np.where(usable, np.maximum(1.0 - suspects.level.residual / before, 0.0), np.nan)
     many, gained = _pooled(gains, near)
     # Alone, a point must convince with as many pixels as its correlated residuals are worth.
     correlated = max(1.0, *suspects.noise.correlated)
@@ -185,7 +197,7 @@ def _worthwhile(suspects: Suspects, old: Fit, new: Fit, before: Floats) -> Index
     better = gained > np.maximum(needed, EXPLAINED * _pooled(excess, near)[1])
     better |= suspects.bent & (old.description == Description.PLAIN) & (gained > needed / 2)
     better &= (gains > 0.0) & (apart > DIFFERS).any(axis=1)
-    good = (new.status == Status.OK) & (new.zncc >= suspects.least)
+    good = suspects.level.good(new, suspects.noise)
     return np.flatnonzero(good & (better | failed))
 
 

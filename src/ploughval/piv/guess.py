@@ -1,6 +1,7 @@
 """First guesses: dense inverse search flow (Kroeger et al. 2016), and the motion of neighbours."""
 
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import cv2
@@ -17,6 +18,8 @@ MARGIN = 128
 LARGE = 1_500_000
 """Pictures of more pixels are halved for the flow."""
 HOPEFUL = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER)
+_ONE_THREAD = Lock()
+"""OpenCV's number of threads is one for the whole process."""
 NEAR = 6
 """Valid neighbours whose motion is carried on to a point."""
 
@@ -69,13 +72,14 @@ def _dense_flow(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.float3
     OpenCV cuts the picture in as many stripes as it has threads and searches each on its own, so that the
     flow may depend on their number.
     """
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_FAST)  # type: ignore[attr-defined]
-        return np.asarray(search.calc(a, b, None), np.float32)
-    finally:
-        cv2.setNumThreads(threads)
+    with _ONE_THREAD:
+        threads = cv2.getNumThreads()
+        cv2.setNumThreads(1)
+        try:
+            search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_FAST)  # type: ignore[attr-defined]
+            return np.asarray(search.calc(a, b, None), np.float32)
+        finally:
+            cv2.setNumThreads(threads)
 
 
 def carried_on(
@@ -120,9 +124,19 @@ def median_of_nearest(known: Floats, values: Floats, points: Floats, count: int 
 
 
 def retry(
-    pair: Pair, fit: Fit, points: Floats, index: NDArray[np.intp], start: Floats, zncc_min: float
+    pair: Pair,
+    fit: Fit,
+    points: Floats,
+    index: NDArray[np.intp],
+    start: Floats,
+    zncc_min: float,
+    *,
+    beside: bool = False,
 ) -> int:
-    """Match points again from other parameters; keeps what becomes valid, returns how many did."""
+    """Match points again from other parameters; keeps what becomes valid, returns how many did.
+
+    ``beside``: the parameters come from points beside them, so that a subset that leaves the picture has.
+    """
     known = np.isfinite(start).all(axis=(1, 2))
     index, start = index[known], start[known]
     if index.size == 0:
@@ -133,8 +147,8 @@ def retry(
     judge_correlation(merged, zncc_min, pair.noise_variance)
     better = index[merged.status[index] == Status.OK]
     fit.put(better, merged.take(better))
-    gone = index[merged.status[index] == Status.EDGE]
-    fit.status[gone] = Status.EDGE
+    if beside:
+        fit.status[index[merged.status[index] == Status.EDGE]] = Status.EDGE
     return int(better.size)
 
 
@@ -157,7 +171,7 @@ def spread_by_neighbours(pair: Pair, fit: Fit, points: Floats, zncc_min: float, 
         start = carried_on(
             points[valid], fit.params[valid], points[failed], pair.recipe.half, np.inf if turn == 0 else reach
         )
-        if retry(pair, fit, points, failed, start, zncc_min) == 0 and turn:
+        if retry(pair, fit, points, failed, start, zncc_min, beside=turn > 0) == 0 and turn:
             return
 
 

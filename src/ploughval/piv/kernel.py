@@ -26,6 +26,9 @@ from ploughval.piv.sampling import (
 )
 
 FLAT, NOT_CONVERGED = int(Status.FLAT), int(Status.NOT_CONVERGED)
+PARTS = "75e86991fa5c"
+"""Digest of the files this kernel is made of: compiled code is kept by this file alone, so it must change
+with them (a test says what it is)."""
 LEAST_PART = 0.15
 """A subset that is cut needs this share of its pixels."""
 STEP_PX = 5e-4
@@ -154,8 +157,8 @@ def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
 
 
 @compiled
-def difference(work: Work, n: int, count: float, norm: float) -> tuple[float, float]:
-    """Turn g into what f leaves of it, both free of their means and g of its gain; correlation and gain."""
+def difference(work: Work, n: int, count: float, norm: float) -> float:
+    """Turn g into what f leaves of it, both free of their means and g of its gain; the correlation."""
     f, g, w = work.f[:n], work.g[:n], work.weight[:n]
     base = np.float32(work.level[0])
     for i in range(n):
@@ -171,11 +174,11 @@ def difference(work: Work, n: int, count: float, norm: float) -> tuple[float, fl
     if not float(square) > count * flat * flat:
         for i in range(n):
             g[i] = f[i]
-        return 0.0, 0.0
+        return 0.0
     scale = np.float32(norm / np.sqrt(square))
     for i in range(n):
         g[i] = f[i] - scale * g[i]
-    return min(float(along) * float(scale) / (norm * norm), 1.0), float(scale)
+    return min(float(along) * float(scale) / (norm * norm), 1.0)
 
 
 @compiled
@@ -213,11 +216,18 @@ def _turned(step: Floats, last: Floats) -> float:
 
 @compiled
 def answers(work: Work, count: float, slope_noise: float, stats: Floats) -> None:
-    """What residuals answer to in x and y over the squared slopes: plain slopes, freed from noise."""
-    raw = work.slopes[1] / max(work.slopes[0], 1e-300)
+    """What stats say of the slopes, from their sums and moments.
+
+    Slopes are filtered: their product with the plain ones, less that of the noise in both, is what the
+    residuals answer to (Eq. 3 of docs/theory-correlation.md); over both axes it scales the steps.
+    """
+    squares = max(work.slopes[0], 1e-300)
+    raw = work.slopes[1] / squares
+    stats[7] = work.slopes[0] / (2.0 * max(count, 1.0))
+    stats[8] = min(max(raw - slope_noise * count / squares, 0.25), 4.0)
+    stats[9] = work.slopes[1] / (2.0 * max(count, 1.0))
     for axis in range(2):
-        squares = work.moments[2 * axis, 0]
-        stats[10 + axis] = raw - 0.5 * slope_noise * count / max(squares, 1e-300)
+        stats[10 + axis] = raw - 0.5 * slope_noise * count / max(work.moments[2 * axis, 0], 1e-300)
 
 
 @compiled
@@ -231,19 +241,14 @@ def match_subset(
     wanted, norm = _prepare(tables, work)
     work.level[0] = work.level[1]
     count = wanted
-    # Slopes are smoothed: their product with the plain ones, less that of the noise in both, is what the
-    # residual answers to.
-    limit, product = limits[0], work.slopes[1] - limits[1] * count
-    ratio = min(max(product / max(work.slopes[0], 1e-300), 0.25), 2.5)
-    stats[7], stats[8] = work.slopes[0] / (2.0 * max(count, 1.0)), ratio
-    stats[9] = work.slopes[1] / (2.0 * max(count, 1.0))
+    limit, n = limits[0], tables.mono.shape[1]
+    if norm == 0.0:
+        return FLAT
     answers(work, count, limits[1], stats)
-    n = tables.mono.shape[1]
+    ratio = stats[8]
     work.last[:] = 0.0
     damping = 1.0
     for iteration in range(ITERATIONS):
-        if norm == 0.0:
-            return FLAT
         if sample(pictures, tables, cx, cy, p, work) > 0:
             drop(work, n)
             count, norm = _prepare(tables, work)
@@ -251,7 +256,7 @@ def match_subset(
                 return EDGE
             if norm == 0.0:
                 return FLAT
-        zncc, _ = difference(work, n, count, norm)
+        zncc = difference(work, n, count, norm)
         _advance(tables, work, ratio)
         stats[0] = zncc
         stats[1] = dot(work.g, work.g, n) / max(count - 2.0 - 2.0 * terms, 1.0)
@@ -265,7 +270,7 @@ def match_subset(
         if not (abs(p[0] - u0) <= limit and abs(p[terms] - v0) <= limit):
             return NOT_CONVERGED
         noise = np.sqrt(stats[1] * (stats[2] + stats[3]))
-        if far < max(STEP_PX, STEP_SHARE * noise):
+        if far < damping * max(STEP_PX, STEP_SHARE * noise):
             return OK
     return NOT_CONVERGED
 

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter
 from ploughval.axes import Status
 from ploughval.piv.interpolate import SlopeFilter, basis_polynomials, prefilter_taps, slope_noise
 from ploughval.piv.subsets import Description, Fit, Pair, match, params_from, read_subsets
-from ploughval.piv.validate import least_zncc
+from ploughval.piv.validate import chance_zncc
 
 Floats = NDArray[np.float64]
 SAMPLE = 96
@@ -59,21 +59,26 @@ def residual_share(spline: int) -> float:
     return float(1.0 + share**2)
 
 
-def judge_noise(pair: Pair, points: Floats, start: Floats, given: float | None) -> tuple[Noise, SlopeFilter]:
+def judge_noise(
+    pair: Pair, points: Floats, start: Floats, given: float | None
+) -> tuple[Noise, SlopeFilter] | None:
     """Noise of a pair from the residuals of a sample of points, and the filter of the slopes that suits it.
+
+    None where hardly a point of the sample matched.
 
     ``pair`` has plain slopes; ``start`` (N, 2) px: first guesses; ``given``: noise of one picture in grey
     levels, None: unknown.
     """
     some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(int)
     fit = match(pair, points[some], params_from(start[some], pair.recipe))
-    bound = noise_bound(pair.reference.value)
+    bound = noise_bound(pair.reference.value, pair.mask)
     good = np.flatnonzero(
-        (fit.zncc > least_zncc(fit, 0.0, bound)) & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
+        (fit.zncc > chance_zncc(fit, min(bound, 1e30)))
+        & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
     )
     known = 0.0 if given is None else given**2
     if good.size < max(3, 0.1 * some.size):
-        return Noise(known, given=given is not None), SlopeFilter.NARROW
+        return None
     calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
     variance = float(np.median(fit.stats[calm, 1])) / residual_share(pair.recipe.spline)
     variance = min(variance, bound)
@@ -85,6 +90,11 @@ def judge_noise(pair: Pair, points: Floats, start: Floats, given: float | None) 
     )
     step = int(np.searchsorted(NOISE_STEPS, variance / max(float(texture), 1e-12)))
     return Noise(variance, given=given is not None), FILTERS[step]
+
+
+def unjudged(given: float | None) -> tuple[Noise, SlopeFilter]:
+    """Noise and filter where no sample tells them."""
+    return Noise(0.0 if given is None else given**2, given=given is not None), SlopeFilter.NARROW
 
 
 def with_correlation(noise: Noise, pair: Pair, points: Floats, fit: Fit) -> Noise:
@@ -124,19 +134,23 @@ def _correlation(subsets: NDArray[np.float32], lags: int, terms: int) -> tuple[f
     return float(kept[0]), float(kept[1])
 
 
-def noise_bound(image: NDArray[np.float32]) -> float:
-    """Variance of the noise of a picture (H, W), grey levels^2, at most: what its finest checks hold.
+def noise_bound(image: NDArray[np.float32], usable: NDArray[np.uint8]) -> float:
+    """Variance of the white noise of a picture (H, W), grey levels^2, at most: what its finest checks hold.
 
-    Mean square of the product of two second differences over that of white noise (Immerkaer 1996), on strips
-    of the picture; texture only adds to it.
+    Mean square of the product of two second differences over that of white noise (Immerkaer 1996), on usable
+    pixels in strips of the picture; texture only adds to it. Infinite where no pixel is usable.
     """
-    height = image.shape[0]
-    if min(image.shape) < 3:
-        return 0.0
+    rows = np.flatnonzero(usable.any(axis=1))
+    if rows.size == 0 or min(image.shape) < 3:
+        return np.inf
     check = np.array([1.0, -2.0, 1.0], np.float32)
-    tops = np.unique(np.linspace(0, max(height - STRIP, 0), STRIPS).astype(int))
-    fine = [cv2.sepFilter2D(image[top : top + STRIP], cv2.CV_32F, check, check) for top in tops]
-    return float(np.mean([cv2.norm(strip, cv2.NORM_L2SQR) / strip.size for strip in fine])) / 36.0
+    square, count = 0.0, 0
+    for top in np.unique(np.linspace(rows[0], max(rows[-1] + 1 - STRIP, rows[0]), STRIPS).astype(int)):
+        strip = slice(top, top + STRIP)
+        whole = cv2.erode(usable[strip], np.ones((3, 3), np.uint8)) != 0
+        fine = cv2.sepFilter2D(image[strip], cv2.CV_32F, check, check)[whole]
+        square, count = square + float(np.dot(fine, fine)), count + fine.size
+    return square / count / 36.0 if count else np.inf
 
 
 def predict_std(fit: Fit, noise: Noise) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ploughval.piv.guess import Greys, flow_at, to_8bit
 from ploughval.piv.interpolate import Planes, SlopeFilter, filtered_slope, planes_of, spline_coefficients
-from ploughval.piv.precision import Noise, judge_noise
+from ploughval.piv.precision import Noise, judge_noise, unjudged
 from ploughval.piv.search import repeats
 from ploughval.piv.subsets import ALL_SEEN, Floats, Pair, Recipe
 from ploughval.piv.validate import neighbours_of
@@ -63,7 +63,8 @@ def prepare(
     first, usable = whole_grey(reference)
     second, seen = whole_grey(current)
     if mask is not None:
-        usable = np.ascontiguousarray(mask, np.uint8) if usable is ALL_SEEN else usable * (mask != 0)
+        sand = np.ascontiguousarray(np.asarray(mask) != 0, np.uint8)
+        usable = sand if usable is ALL_SEEN else usable * sand
     elif usable is ALL_SEEN:
         usable = np.ones(first.shape, np.uint8)
     greys = Greys(to_8bit(first), to_8bit(second, first))
@@ -82,7 +83,7 @@ def prepare(
     )
     plain = Planes(value, plain_x, plain_y, np.zeros((1, 1), np.float32))
     pair = Pair(plain, usable, coefficients, seen, recipe, workers)
-    found, slopes = judge_noise(pair, points, flow, noise)
+    found, slopes = judge_noise(pair, points, flow, noise) or unjudged(noise)
     slope_x, slope_y = side_by_side(
         [partial(filtered_slope, value, spline, slopes, axis) for axis in (0, 1)], workers
     )

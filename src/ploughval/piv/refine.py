@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.band import REACH, Bands, match_bands, neighbours_bands, starts_of, two_sides
-from ploughval.piv.curvature import EXPLAINED, bends, follow_curvature, worth
+from ploughval.piv.curvature import EXPLAINED, Level, bends, follow_curvature, worth
 from ploughval.piv.precision import Noise, predict_std
 from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, match
-from ploughval.piv.validate import least_zncc
+from ploughval.piv.validate import usual_zncc
 
 Index = NDArray[np.intp]
 
@@ -65,32 +65,31 @@ def refine(pair: Pair, fit: Fit, points: Floats, zncc_min: float, noise: Noise, 
     if index.size == 0:
         return
     clean = np.setdiff1d(np.flatnonzero(fit.status == Status.OK), doubtful)
-    least = least_zncc(fit, zncc_min, pair.noise_variance)
+    floor = zncc_min * usual_zncc(fit, pair.noise_variance)
     whole = fit.stats[:, 1].copy()
     whole[fit.status != Status.OK] = np.inf
-    follow_curvature(pair, fit, points, index, bent, least, level, noise)
+    follow_curvature(pair, fit, points, index, bent, Level(level, floor), noise)
     torn = suspects(fit, level)
     reach = REACH * pair.recipe.subset
     sides = two_sides(points[clean], fit.params[clean], points[torn], pair.recipe.half, reach)
     two = np.isfinite(sides[:, 0, 0, 0])
     torn, sides = torn[two], sides[two]
     if torn.size:
-        _follow_bands(pair, fit, points, torn, sides, Limits(level, whole, least, noise))
+        _follow_bands(pair, fit, points, torn, sides, Limits(Level(level, floor), whole, noise))
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a band must better: residual variance of undisturbed subsets and of each plain one (N,)."""
+    """What a band must better: undisturbed subsets, and the residual variance of plain ones (N,)."""
 
-    level: float
+    level: Level
     plain: Floats
-    least: Floats
     noise: Noise
 
 
 def _follow_bands(pair: Pair, fit: Fit, points: Floats, index: Index, sides: Floats, limits: Limits) -> None:
     """Match suspects as two sides and a band; those still suspect once more, from bands found beside them."""
-    enough = ENOUGH * limits.level
+    enough = ENOUGH * limits.level.residual
     starts = starts_of(pair, points[index], sides)
     params = np.full((len(points), BAND_TERMS), np.nan)
     left = index
@@ -103,7 +102,7 @@ def _follow_bands(pair: Pair, fit: Fit, points: Floats, index: Index, sides: Flo
         _take_bands(
             fit, left[some], match_bands(pair, points[left[some]], tried[some], enough), params, limits
         )
-        left = _poor(fit, index, limits.level)
+        left = _poor(fit, index, limits.level.residual)
         if left.size == 0:
             break
     _own_side(pair, fit, points, params, limits.noise)
@@ -148,10 +147,10 @@ def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats, noise: Noise
 def _take_bands(fit: Fit, index: Index, bands: Bands, params: Floats, limits: Limits) -> None:
     """Keep a band where it explains enough more than a plain subset, and more than what there is."""
     new, old, plain = bands.fit, fit.take(index), limits.plain[index]
-    good = (new.status == Status.OK) & (new.zncc >= limits.least[index])
+    good = limits.level.good(new, limits.noise)
     share = worth(BAND_TERMS - PLAIN_TERMS, new.stats[:, 4] / max(1.0, *limits.noise.correlated))
     better = new.stats[:, 1] < np.minimum(
-        (1.0 - share) * plain, (1.0 - EXPLAINED) * plain + EXPLAINED * limits.level
+        (1.0 - share) * plain, (1.0 - EXPLAINED) * plain + EXPLAINED * limits.level.residual
     )
     better &= new.stats[:, 1] < old.stats[:, 1]
     taken = np.flatnonzero(good & ((old.status != Status.OK) | better))

@@ -1,11 +1,12 @@
 """What is refused although it matched: outliers, lone vectors, and what cannot be vouched for."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.curvature import miss_of_neighbours
-from ploughval.piv.guess import spread_by_neighbours
+from ploughval.piv.guess import carried_on, spread_by_neighbours
 from ploughval.piv.precision import Noise, predict_std
 from ploughval.piv.refine import mismatch_px, noise_level
 from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, displacement_of
@@ -22,15 +23,28 @@ MIXED = 4.0
 """Residual variance over that of undisturbed subsets beyond which that is asked: less may be chance."""
 ASTRAY_PX = 0.3
 """What two things move in also disagrees with its neighbours by so much."""
+HOLE_PX = 4
+"""A point in a hole has usable pixels within this distance, or is masked; a hole is widened by 3 px."""
 OUTLIER_REACH = 3.0
 """A vector is only judged against others within so many subsets."""
 
 
 def reopen(pair: Pair, fit: Fit, points: Floats) -> None:
-    """Let subsets that a first guess led out of the picture be tried again, in place."""
-    half, shape = pair.recipe.half, pair.mask.shape
-    inside = ((points >= half) & (points <= np.array(shape[::-1]) - 1.0 - half)).all(axis=1)
-    fit.status[inside & (fit.status == Status.EDGE)] = Status.NOT_CONVERGED
+    """Let subsets that a first guess led out of the picture be tried again, in place.
+
+    Those that go with their valid neighbours out of it are left alone.
+    """
+    half, size = pair.recipe.half, np.array(pair.mask.shape[::-1]) - 1.0
+    edge = np.flatnonzero((fit.status == Status.EDGE) & _inside(points, half, size))
+    valid = np.flatnonzero(fit.status == Status.OK)
+    led = carried_on(points[valid], fit.params[valid], points[edge], half)[:, :, 0]
+    stays = ~np.isfinite(led).all(axis=1) | _inside(points[edge] + led, half, size)
+    fit.status[edge[stays]] = Status.NOT_CONVERGED
+
+
+def _inside(places: Floats, margin: float, size: Floats) -> NDArray[np.bool_]:
+    """Whether places (N, 2) lie inside a picture with a margin to spare."""
+    return np.asarray(((places >= margin) & (places <= size - margin)).all(axis=1))
 
 
 def reject_outliers(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp], zncc_min: float) -> None:
@@ -61,20 +75,22 @@ def refuse_unsure(
     points: Floats,
     noise: Noise,
     near: NDArray[np.intp],
-    on_sand: NDArray[np.bool_],
+    usable: NDArray[np.bool_],
 ) -> None:
     """Mark, in place, what cannot be vouched for although it matched.
 
     Points on pixels that may not be used, points that have left the picture, vectors that texture does not
     fix to ``MOST_STD_PX``, and vectors whose residuals say that ``MOST_MISMATCH_PX`` of motion is not
     described and whose neighbours say so as well: subsets in which two things move. ``near``
-    (N, NEIGHBOURS): neighbours; ``on_sand`` (N,): whether a point's pixel may be used.
+    (N, NEIGHBOURS): neighbours; ``usable`` (N,): whether a point's pixel may be used.
     """
     arrived = points + displacement_of(fit.params, points, pair.recipe)
-    inside = ((arrived >= -0.5) & (arrived <= np.array(pair.mask.shape[::-1]) - 0.5)).all(axis=1)
+    last = np.array(pair.mask.shape[::-1]) - 0.5
+    inside = ((arrived >= -0.5) & (arrived <= last)).all(axis=1)
+    outside = ~((points >= -0.5) & (points < last)).all(axis=1)
     good = fit.status == Status.OK
-    fit.status[good & ~on_sand] = Status.MASKED
-    fit.status[good & ~inside] = Status.EDGE
+    fit.status[good & ~usable] = Status.MASKED
+    fit.status[good & (~inside | outside)] = Status.EDGE
     loose = (predict_std(fit, noise) > MOST_STD_PX).any(axis=1)
     fit.status[(fit.status == Status.OK) & loose] = Status.FLAT
     level = noise_level(fit)
@@ -86,12 +102,17 @@ def refuse_unsure(
         fit.status[inside & (fit.status == Status.EDGE)] = Status.MASKED
 
 
-def on_mask(mask: NDArray[np.bool_] | None, points: Floats) -> NDArray[np.bool_]:
-    """Whether the pixel of each point may be used, (N,); not outside the picture."""
-    if mask is None:
-        return np.ones(len(points), bool)
+def on_sand(pair: Pair, points: Floats, mask: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    """Whether the pixel of each point may be used, (N,); not outside the picture.
+
+    A pixel that is not finite does not count against a point when others by its side are.
+    """
+    wide = np.ones((2 * HOLE_PX + 1,) * 2, np.uint8)
+    usable = pair.mask if pair.mask.all() else np.asarray(cv2.dilate(pair.mask, wide), np.uint8)
+    if mask is not None:
+        usable = usable * (np.asarray(mask) != 0)
     column, row = centres_of(points).T
-    inside = (column >= 0) & (row >= 0) & (column < mask.shape[1]) & (row < mask.shape[0])
+    inside = (column >= 0) & (row >= 0) & (column < usable.shape[1]) & (row < usable.shape[0])
     out = np.zeros(len(points), bool)
-    out[inside] = np.asarray(mask)[row[inside], column[inside]] != 0
+    out[inside] = usable[row[inside], column[inside]] != 0
     return out

@@ -390,5 +390,5 @@ def sample(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats, work
                 ys[i] += b * (line[i] - first)
         if not inside:
             lost += keep_inside(pictures, x0, y0, place, side, work.weight[start : start + side])
-        blend_row(pictures.current, tables.basis, y0, x0, place, side, terms <= 3, work.g[start:])
+        blend_row(pictures.current, tables.basis, y0, x0, place, side, terms <= 3 and inside, work.g[start:])
     return lost

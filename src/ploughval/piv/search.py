@@ -90,8 +90,7 @@ def _seeds(
                 found = hit, turn
         if found is None or found[0].score < LEAST_SCORE or found[0].lead < LEAD:
             continue
-        side = pair.recipe.subset + 1 - pair.recipe.subset % 2
-        fine = search_template(greys, point, found[0].moved * scale, side, 2 * scale, found[1])
+        fine = search_template(greys, point, found[0].moved * scale, pair.recipe.subset, 2 * scale, found[1])
         if fine is None:
             continue
         start[n] = 0.0

@@ -10,12 +10,13 @@ from ploughval.errors import CorrelationError
 from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.endings import name_failures
 from ploughval.piv.guess import Greys, flow_at, median_of_nearest, to_8bit
-from ploughval.piv.interpolate import filtered, plain_planes, spline_coefficients
+from ploughval.piv.interpolate import SlopeFilter, filtered, plain_planes, spline_coefficients
 from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
+from ploughval.piv.prepare import whole_grey
 from ploughval.piv.refine import mismatch_px, noise_level, suspects
 from ploughval.piv.state import FramePoints, Picture, Reference, State
-from ploughval.piv.subsets import ALL_SEEN, Fit, Floats, Pair, displacement_of, match, place_terms
-from ploughval.piv.validate import least_zncc, outliers
+from ploughval.piv.subsets import ALL_SEEN, Fit, Floats, Pair, displacement_of, match
+from ploughval.piv.validate import judge_correlation, outliers
 from ploughval.piv.windows import (
     CANDIDATES,
     REACH,
@@ -59,8 +60,7 @@ class Tracker:
         self._workers = workers
         self._held: dict[int, Reference] = {}
         self._frame = 0
-        self._noise = Noise()  # of the pictures, judged when two of them have been seen
-        self._judged = False
+        self._noise, self._judged = Noise(), False  # of the pictures, when two of them have been seen
         self._state: State | None = None
 
     def start(self, image: NDArray[np.generic], points_px: ArrayLike, sand: NDArray[np.bool_]) -> None:
@@ -76,6 +76,8 @@ class Tracker:
         count = len(points)
         self._frame = 0
         self._held = {}
+        self._noise, self._judged = Noise(), False
+        self._recipe = replace(self._recipe, slopes=SlopeFilter.PLAIN)
         picture = self._picture(image, sand)
         self._hold(picture, points, np.zeros(count))
         self._state = State(
@@ -145,8 +147,9 @@ class Tracker:
         return self._state
 
     def _picture(self, image: NDArray[np.generic], sand: NDArray[np.bool_]) -> Picture:
-        mask = np.ascontiguousarray(sand, np.uint8)
-        return Picture(image, spline_coefficients(image, self._recipe.spline), to_8bit(image), mask)
+        whole, usable = whole_grey(image)
+        mask = np.ascontiguousarray(np.asarray(sand) & (usable != 0), np.uint8)
+        return Picture(whole, spline_coefficients(whole, self._recipe.spline), to_8bit(whole), mask)
 
     def _hold(self, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture of this frame as a reference."""
@@ -165,15 +168,7 @@ class Tracker:
         flow = np.zeros_like(state.position)
         flow[alive] = flow_at(greys, state.position[alive])
         if not self._judged:
-            self._judged = True
-            first = self._held[0]
-            pair = self._pair(first, current)
-            self._noise, slopes = judge_noise(
-                pair, state.position[alive], flow[alive], self._settings.noise_grey
-            )
-            self._recipe = replace(self._recipe, slopes=slopes)
-            planes = filtered(first.planes, self._recipe.spline, slopes)
-            self._held[0] = replace(first, planes=planes)
+            self._judge_noise(current, alive, flow)
         whole = alive[state.window[alive] == WHOLE]
         self._try(fit, current, whole, flow[whole])
         for attempt in range(2):
@@ -189,6 +184,17 @@ class Tracker:
         # A point taken up again was presumed elsewhere; its window has its neighbours' motion anyway.
         wrong = outliers(state.position, step) & ((state.failures == 0) | (state.window == WHOLE))
         fit.status[wrong] = Status.OUTLIER
+
+    def _judge_noise(self, current: Picture, alive: NDArray[np.intp], flow: Floats) -> None:
+        """Take the noise of the pictures and the filter that suits it from the first pair that tells them."""
+        first = self._held[0]
+        moved = (self._started().position - first.position + flow)[alive]
+        pair, place = self._pair(first, current), first.position[alive]
+        found = judge_noise(pair, place, moved, self._settings.noise_grey)
+        if found is not None:
+            (self._noise, slopes), self._judged = found, True
+            self._recipe = replace(self._recipe, slopes=slopes)
+            self._held[0] = replace(first, planes=filtered(first.planes, self._recipe.spline, slopes))
 
     def _narrow(self, fit: Fit, current: Picture, alive: NDArray[np.intp]) -> None:
         """Match points beside shear bands on small windows that move with them."""
@@ -296,9 +302,7 @@ class Tracker:
 
     def _judge(self, fit: Fit) -> None:
         """Mark points whose correlation is too low against the others and against what chance reaches."""
-        good = fit.status == Status.OK
-        least = least_zncc(fit, self._settings.zncc_min, 0.0 if self._noise is None else self._noise.variance)
-        fit.status[good & ~(fit.zncc >= least)] = Status.LOW_CORRELATION
+        judge_correlation(fit, self._settings.zncc_min, self._noise.variance)
 
     def _positions(self, fit: Fit) -> Floats:
         """Places (N, 2) px that the parameters point to."""
@@ -388,10 +392,9 @@ class Tracker:
         if index.size == 0:
             return
         held = self._held[frame]
-        terms = place_terms(held.position[index], self._recipe)
         state.params[index] = 0.0
         # A plain shift to where the point stands now; its gradient is found anew.
-        state.params[index, :, 0] = (state.position[index] - held.position[index]) / terms[0][:, None]
+        state.params[index, :, 0] = state.position[index] - held.position[index]
         state.reference[index] = frame
         state.first_zncc[index] = np.nan
         state.window[index] = WHOLE

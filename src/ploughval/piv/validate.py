@@ -15,23 +15,46 @@ CHANCE = 4.0
 """Standard deviations of the correlation of unrelated texture."""
 
 
+def texture_share(fit: Fit, noise_variance: float) -> Floats:
+    """Share of the variance of each subset's grey values that is not noise, (N,)."""
+    return np.asarray(np.clip(1.0 - noise_variance / np.maximum(fit.stats[:, 6], 1e-12), 0.0, 1.0))
+
+
+def chance_zncc(fit: Fit, noise_variance: float) -> Floats:
+    """Correlation that chance reaches, (N,).
+
+    CHANCE standard deviations of the correlation of unrelated texture, whose artanh spreads by
+    1 / sqrt(n - 3) with n the independent grey values of the subset (Fisher 1915). A grain covers pi times
+    its squared length of correlation; noise is independent from pixel to pixel. A subset of fewer than about
+    ten grains cannot be told from chance.
+    """
+    count = np.maximum(fit.stats[:, 4], 1.0)
+    texture = texture_share(fit, noise_variance)
+    grain = np.pi * texture * fit.stats[:, 6] / np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
+    independent = count / np.clip(1.0 + texture**2 * (grain - 1.0), 1.0, count)
+    return np.asarray(np.tanh(CHANCE / np.sqrt(np.maximum(independent - 3.0, 1.0))))
+
+
+def usual_zncc(fit: Fit, noise_variance: float) -> float:
+    """Correlation that vectors of a pair are measured by.
+
+    What the better half of those beyond chance reaches, or BLURRED times what noise leaves where that is
+    more.
+    """
+    seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance_zncc(fit, noise_variance))]
+    if seen.size == 0:
+        return 1.0
+    left = float(np.median(texture_share(fit, noise_variance)[fit.stats[:, 4] > 0]))
+    return max(float(np.percentile(seen, 75)), BLURRED * left)
+
+
 def least_zncc(fit: Fit, zncc_min: float, noise_variance: float) -> Floats:
     """Least correlation that makes each vector valid, (N,).
 
-    Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what the better
-    half of the points reaches, or to BLURRED times what noise leaves where that is more. It never falls below
-    what chance reaches: CHANCE standard deviations of the correlation of unrelated texture, whose artanh
-    spreads by 1 / sqrt(n - 3) with n the independent grey values of the subset (Fisher 1915). A grain covers
-    pi times its squared length of correlation; noise is independent from pixel to pixel.
+    Noise alone lowers the correlation of every subset, so ``zncc_min`` is taken relative to what is usual; it
+    never falls below what chance reaches.
     """
-    count = np.maximum(fit.stats[:, 4], 1.0)
-    texture = np.clip(1.0 - noise_variance / np.maximum(fit.stats[:, 6], 1e-12), 0.0, 1.0)
-    grain = np.pi * texture * fit.stats[:, 6] / np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
-    independent = count / np.clip(1.0 + texture**2 * (grain - 1.0), 1.0, count)
-    chance = np.tanh(CHANCE / np.sqrt(np.maximum(independent - 3.0, 1.0)))
-    seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance)]
-    usual = max(float(np.percentile(seen, 75)), BLURRED * float(np.median(texture))) if seen.size else 1.0
-    return np.asarray(np.maximum(chance, zncc_min * usual))
+    return np.maximum(chance_zncc(fit, noise_variance), zncc_min * usual_zncc(fit, noise_variance))
 
 
 def judge_correlation(fit: Fit, zncc_min: float, noise_variance: float) -> None:
