@@ -56,10 +56,9 @@ def _line(ax: Axes, rows: Sequence[dict[str, Any]], column: str, **options: Any)
     ax.plot([r["points_s"] / 1e3 for r in rows], [r[column] for r in rows], **options)
     for row in rows:
         if options["marker"] == "s":
-            ax.annotate(
-                f"{row['subset']}", (row["points_s"] / 1e3, row[column]), (0, -11), textcoords="offset points",
-                fontsize=7, color=options["color"], ha="center",
-            )  # fmt: skip
+            look = {"fontsize": 7, "color": options["color"], "ha": "center"}
+            spot = row["points_s"] / 1e3, row[column]
+            ax.annotate(f"{row['subset']}", spot, (0, -11), textcoords="offset points", **look)
 
 
 def draw_band(profiles: Sequence[dict[str, Any]]) -> Figure:

@@ -51,25 +51,28 @@ def two_sides(known: Floats, params: Floats, points: Floats, half_px: float, rea
     on). The two that differ most found two groups; a side moves as the median of its group.
     """
     out = np.full((len(points), 2, *params.shape[1:]), np.nan)
-    if len(known) < 4:
+    if len(known) < 4 or len(points) == 0:
         return out
     count = min(NEAREST, len(known))
     distance, near = cKDTree(known).query(points, k=count, distance_upper_bound=reach_px)
+    distance, near = distance.reshape(len(points), count), near.reshape(len(points), count)
+    beside = np.isfinite(distance)
+    near = np.where(beside, near, 0)
+    carried = params[near]  # (I, K, 2, terms)
+    if params.shape[2] >= 3:
+        offset = (points[:, None] - known[near]) / half_px
+        carried[:, :, :, 0] += np.einsum("nkad,nkd->nka", carried[:, :, :, 1:3], offset)
+    moved = carried[:, :, :, 0]
+    apart = np.linalg.norm(moved[:, :, None] - moved[:, None], axis=3)
+    apart[~(beside[:, :, None] & beside[:, None])] = -1.0
+    first, second = np.divmod(apart.reshape(len(points), -1).argmax(axis=1), count)
     for n in range(len(points)):
-        some = near[n][np.isfinite(distance[n])]
-        if some.size < 2:
+        a, b, some = first[n], second[n], beside[n]
+        if apart[n, a, b] < LEAST_JUMP_PX:
             continue
-        carried = params[some].copy()
-        if params.shape[2] >= 3:
-            offset = (points[n] - known[some]) / half_px
-            carried[:, :, 0] += np.einsum("kad,kd->ka", carried[:, :, 1:3], offset)
-        moved = carried[:, :, 0]
-        apart = np.linalg.norm(moved[:, None] - moved[None], axis=2)
-        a, b = np.unravel_index(np.argmax(apart), apart.shape)
-        if apart[a, b] < LEAST_JUMP_PX:
-            continue
-        nearer_b = apart[b] < apart[a]
-        out[n, 0], out[n, 1] = np.median(carried[~nearer_b], axis=0), np.median(carried[nearer_b], axis=0)
+        nearer_b = some & (apart[n, b] < apart[n, a])
+        out[n, 0] = np.median(carried[n, some & ~nearer_b], axis=0)
+        out[n, 1] = np.median(carried[n, nearer_b], axis=0)
     return out
 
 

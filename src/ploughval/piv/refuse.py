@@ -96,8 +96,10 @@ def refuse_unsure(
     level = noise_level(fit)
     mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.stats[:, 1] > MIXED * level)
     mixed &= ~np.isin(fit.description, (Description.BAND, Description.SIDE))
-    astray = np.abs(miss_of_neighbours(pair, fit, points, near)) > ASTRAY_PX
-    fit.status[(fit.status == Status.OK) & mixed & astray.any(axis=1)] = Status.LOW_CORRELATION
+    mixed &= fit.status == Status.OK
+    if mixed.any():
+        astray = np.abs(miss_of_neighbours(pair, fit, points, near)) > ASTRAY_PX
+        fit.status[mixed & astray.any(axis=1)] = Status.LOW_CORRELATION
     if pair.seen.size > 1:  # what the current picture does not show is no edge
         fit.status[inside & (fit.status == Status.EDGE)] = Status.MASKED
 

@@ -119,16 +119,20 @@ def outliers(
     flags = np.zeros(len(points), bool)
     if valid.size < 4:
         return flags
-    own = displacement[valid]
     if near is None or valid.size < len(points):
         near = neighbours_of(points[valid], min(NEIGHBOURS, valid.size - 1))
+    own = displacement[valid]
     around = gather(own, near)
     median = np.median(around, axis=1)
+    # Most vectors are so near the median that their neighbours' spread does not matter.
+    some = np.flatnonzero((np.abs(own - median) > threshold * fluctuation_px / np.sqrt(2)).any(axis=1))
+    own, around, median, near, place = own[some], around[some], median[some], near[some], points[valid]
     spread = np.median(np.abs(around - median[:, None]), axis=1)
     ratio = np.hypot(*(np.abs(own - median) / (spread + fluctuation_px)).T)
     distance = np.linalg.norm(around - own[:, None], axis=2)
     close = np.maximum(0.2, 0.2 * np.ptp(np.linalg.norm(around, axis=2), axis=1))
     agree = np.sum(distance < close[:, None], axis=1)
-    distance_px = np.linalg.norm(gather(points[valid], near) - points[valid][:, None], axis=2)
-    flags[valid] = (ratio > threshold) & (agree < support) & (np.median(distance_px, axis=1) <= reach_px)
+    distance_px = np.linalg.norm(gather(place, near) - place[some, None], axis=2)
+    wrong = (ratio > threshold) & (agree < support) & (np.median(distance_px, axis=1) <= reach_px)
+    flags[valid[some]] = wrong
     return flags
