@@ -12,6 +12,13 @@ from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION, sav
 __all__ = ["draw_band", "draw_settings", "draw_star", "save"]
 
 ORDERS = {0: (VERMILION, "o", "translation"), 1: (BLUE, "s", "affine"), 2: (GREEN, "^", "second order")}
+LABELS = {
+    "sun-dic": (0, 7, "center"),
+    "al-dic-admm": (0, -13, "center"),
+    "geopyv-dev": (4, -13, "left"),
+    "al-dic-local": (7, 3, "left"),
+}
+"""Where the names of programs stand beside their marks, points."""
 PANELS = (
     ("shift 0.25 noise 3", "rmse_px", "translation, noise 3: rmse, px"),
     ("affine", "rmse_px", "2 % stretch, 3 % shear, 1.5 degrees: rmse, px"),
@@ -106,3 +113,36 @@ def draw_star(profiles: Sequence[dict[str, Any]]) -> Figure:
         ax.set_ylim(-0.1, 1.05)
         ax.legend(frameon=False, loc="lower right")
         return figure
+
+
+def draw_peers(rows: Sequence[dict[str, str]]) -> Figure:
+    """Speed against error of several programs: near a band, under translation, at low contrast."""
+    panels = (
+        ("near_4", "beside a band of 4 px: rmse, px"),
+        ("bias_0", "greatest bias of a translation, px"),
+        ("star_90", "period measured at 90 %, px"),
+    )
+    with style():
+        figure = Figure(figsize=(10.5, 3.8), layout="constrained")
+        for ax, (column, title) in zip(figure.subplots(1, 3), panels, strict=True):
+            for row in rows:
+                _peer(ax, row, column)
+            ax.set_xscale("log")
+            ax.set_yscale("log")
+            ax.set_title(title)
+            ax.set_xlabel("points a second (translation), one core")
+            ax.set_xlim(1e3, 2e5)
+            ax.margins(y=0.12)
+        return figure
+
+
+def _peer(ax: Axes, row: dict[str, str], column: str) -> None:
+    try:
+        spot = float(row["points_s"]), float(row[column])
+    except ValueError:  # a dash: not measured
+        return
+    ours = row["package"] == "ploughval"
+    ax.plot(*spot, "D" if ours else "o", color=ORANGE if ours else BLUE, markersize=7 if ours else 5)
+    x, y, side = LABELS.get(row["package"], (7, -3, "left"))
+    look = {"fontsize": 8, "fontweight": "bold" if ours else "normal", "ha": side}
+    ax.annotate(row["package"], spot, (x, y), textcoords="offset points", **look)
