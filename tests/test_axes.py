@@ -33,7 +33,7 @@ def test_status_codes_are_small_stable_and_named():
         "buried sheared avalanched out_of_picture flat lost ambiguous"
     )
     assert [status.meaning for status in axes.Status] == expected.split()
-    assert [int(status) for status in axes.Status] == list(range(14))  # written to files: never renumbered
+    assert [int(status) for status in axes.Status] == list(range(15))  # written to files: never renumbered
 
 
 def test_signs_of_the_two_directions_are_opposed():
