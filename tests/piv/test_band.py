@@ -37,7 +37,7 @@ def motion(points):
 
 def pair_of(first, current, subset=31):
     recipe = Recipe(subset, 1, 5, SlopeFilter.NARROW)
-    planes = filtered(plain_planes(first, 5), 5, recipe.slopes)
+    planes = filtered(plain_planes(first, 5), recipe.slopes)
     usable = np.ones(first.shape, np.uint8)
     return Pair(planes, usable, spline_coefficients(current, 5), ALL_SEEN, recipe)
 

@@ -8,6 +8,7 @@ from ploughval.piv.interpolate import (
     SlopeFilter,
     basis_polynomials,
     centred_polynomials,
+    filter_taps,
     filtered,
     plain_planes,
     slope_noise,
@@ -55,17 +56,23 @@ def test_one_half_of_the_polynomials_serves_both_sides(spline):
         assert mine == pytest.approx(table @ t ** np.arange(spline + 1), abs=1e-7)
 
 
+@pytest.mark.parametrize("spline", [3, 5])
+def test_slope_taps_measure_the_slope_of_a_ramp(spline):
+    taps = slope_taps(spline)
+    assert taps @ (np.arange(taps.size) * 2.5) == pytest.approx(2.5, rel=1e-3)
+
+
 @pytest.mark.parametrize("slopes", list(SlopeFilter))
-def test_slope_taps_measure_the_slope_of_a_ramp(slopes):
-    along, across = slope_taps(5, slopes)
-    assert along @ (np.arange(along.size) * 2.5) == pytest.approx(2.5, rel=1e-3)
-    assert across.sum() == pytest.approx(1.0)
+def test_filters_leave_a_plain_alone_and_keep_its_place(slopes):
+    taps = filter_taps(slopes)
+    assert taps.sum() == pytest.approx(1.0)
+    assert taps == pytest.approx(taps[::-1])
 
 
 @pytest.mark.parametrize("slopes", list(SlopeFilter))
 def test_planes_hold_the_slopes_of_a_plane_and_their_product(slopes):
     y, x = np.mgrid[:80, :90]
-    planes = filtered(plain_planes((3.0 * x - 2.0 * y).astype(np.float32), 5), 5, slopes)
+    planes = filtered(plain_planes((3.0 * x - 2.0 * y).astype(np.float32), 5), slopes)
     middle = (slice(30, 50), slice(30, 60))
     assert planes.slope_x[middle] == pytest.approx(3.0, abs=5e-3)
     assert planes.slope_y[middle] == pytest.approx(-2.0, abs=5e-3)
@@ -77,6 +84,6 @@ def test_planes_hold_the_slopes_of_a_plane_and_their_product(slopes):
 def test_noise_adds_to_the_product_of_slopes_what_is_taken_off(slopes):
     noise = np.random.default_rng(1).normal(0.0, 1.0, (500, 500)).astype(np.float32)
     plain = plain_planes(noise, 5)
-    planes = filtered(plain, 5, slopes)
+    planes = filtered(plain, slopes)
     product = planes.slope_x * plain.slope_x + planes.slope_y * plain.slope_y
     assert product.mean() == pytest.approx(slope_noise(5, slopes), rel=0.02)

@@ -77,7 +77,7 @@ def composed(p, step, dx, dy, shape):
 
 
 def pair_of(first, current, recipe):
-    planes = filtered(plain_planes(first, recipe.spline), recipe.spline, recipe.slopes)
+    planes = filtered(plain_planes(first, recipe.spline), recipe.slopes)
     usable = np.ones(first.shape, np.uint8)
     return Pair(planes, usable, spline_coefficients(current, recipe.spline), ALL_SEEN, recipe)
 

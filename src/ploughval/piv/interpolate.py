@@ -120,28 +120,32 @@ class SlopeFilter(StrEnum):
 
 
 @lru_cache(maxsize=8)
-def slope_taps(spline: int, slopes: SlopeFilter) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Taps (for correlation) of the filtered slope along an axis, and of the filter across it."""
+def filter_taps(slopes: SlopeFilter) -> NDArray[np.float64]:
+    """Taps of a filter along one axis; they add up to one."""
     if slopes in (SlopeFilter.NARROW, SlopeFilter.WIDE):
         band = 0.6 if slopes is SlopeFilter.NARROW else 0.7
-        across = np.sinc(band * np.arange(-6, 7)) * np.hamming(13)
+        taps = np.sinc(band * np.arange(-6, 7)) * np.hamming(13)
     elif slopes is SlopeFilter.SOFT:
-        across = np.exp(-0.5 * np.arange(-3, 4) ** 2)
+        taps = np.exp(-0.5 * np.arange(-3, 4) ** 2)
     else:
-        across = np.ones(1)
-    across = across / across.sum()
+        taps = np.ones(1)
+    return np.asarray(taps / taps.sum())
+
+
+@lru_cache(maxsize=8)
+def slope_taps(spline: int) -> NDArray[np.float64]:
+    """Taps (for correlation) of the slope of the interpolating spline at a pixel."""
     prefilter = prefilter_taps(spline)[TAIL - SLOPE_TAIL : TAIL + SLOPE_TAIL + 1]
-    along = np.convolve(np.convolve(prefilter, basis_polynomials(spline)[:-1, 1]), across)
-    return along, across
+    return np.convolve(prefilter, basis_polynomials(spline)[:-1, 1])
 
 
 @lru_cache(maxsize=16)
 def slope_noise(spline: int, slopes: SlopeFilter) -> float:
-    """Mean product of smoothed and plain slope in unit white noise, summed over both axes."""
-    smooth, across = slope_taps(spline, slopes)
-    plain, _ = slope_taps(spline, SlopeFilter.PLAIN)
-    reach = (len(smooth) - len(plain)) // 2
-    return float(2.0 * np.sum(smooth * np.pad(plain, reach)) * across[len(across) // 2])
+    """Mean product of filtered and plain slope in unit white noise, summed over both axes."""
+    plain, taps = slope_taps(spline), filter_taps(slopes)
+    filtered_taps = np.convolve(plain, taps)
+    reach = (len(filtered_taps) - len(plain)) // 2
+    return float(2.0 * np.sum(filtered_taps * np.pad(plain, reach)) * taps[len(taps) // 2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,12 +165,16 @@ class Planes:
     product: NDArray[np.float32]
 
 
-def filtered_slope(
-    value: NDArray[np.float32], spline: int, slopes: SlopeFilter, axis: int
-) -> NDArray[np.float32]:
-    """Slope of a picture (H, W) at its pixels along x (axis 0) or y (axis 1), grey levels a px."""
-    along, across = slope_taps(spline, slopes)
-    return _filter(value, along, across) if axis == 0 else _filter(value, across, along)
+def plain_slope(value: NDArray[np.float32], spline: int, axis: str) -> NDArray[np.float32]:
+    """Slope of a picture (H, W) at its pixels along axis "x" or "y", grey levels a px."""
+    taps, one = slope_taps(spline), np.ones(1)
+    return _filter(value, taps, one) if axis == "x" else _filter(value, one, taps)
+
+
+def filtered_slope(plain: NDArray[np.float32], slopes: SlopeFilter) -> NDArray[np.float32]:
+    """A plain slope (H, W) behind the filter, along both axes."""
+    taps = filter_taps(slopes)
+    return _filter(plain, taps, taps)
 
 
 def planes_of(plain: Planes, slope_x: NDArray[np.float32], slope_y: NDArray[np.float32]) -> Planes:
@@ -179,12 +187,12 @@ def planes_of(plain: Planes, slope_x: NDArray[np.float32], slope_y: NDArray[np.f
 def plain_planes(image: NDArray[np.generic], spline: int) -> Planes:
     """Values and plain slopes of a picture (H, W) at its pixels."""
     value = np.ascontiguousarray(image, np.float32)
-    slope_x, slope_y = (filtered_slope(value, spline, SlopeFilter.PLAIN, axis) for axis in (0, 1))
+    slope_x, slope_y = (plain_slope(value, spline, axis) for axis in "xy")
     return Planes(value, slope_x, slope_y, np.zeros((1, 1), np.float32))
 
 
-def filtered(plain: Planes, spline: int, slopes: SlopeFilter) -> Planes:
+def filtered(plain: Planes, slopes: SlopeFilter) -> Planes:
     """The planes of a picture with its slopes filtered; ``plain``: what :func:`plain_planes` gave."""
     if slopes is SlopeFilter.PLAIN:
         return plain
-    return planes_of(plain, *(filtered_slope(plain.value, spline, slopes, axis) for axis in (0, 1)))
+    return planes_of(plain, filtered_slope(plain.slope_x, slopes), filtered_slope(plain.slope_y, slopes))

@@ -16,7 +16,7 @@ from ploughval.piv.validate import chance_zncc
 Floats = NDArray[np.float64]
 SAMPLE = 96
 """Points on which the noise of a pair is judged."""
-READ = 96
+READ = 64
 """Points of them whose residuals are read pixel by pixel."""
 LEAST_ANSWER = 0.02
 """Least share of the slopes that is not noise: less is told as so much."""
@@ -125,11 +125,13 @@ def _correlation(subsets: NDArray[np.float32], lags: int, terms: int) -> tuple[f
     if lags < 1 or not (square.sum(axis=1) > 0).all():
         return 1.0, 1.0
     product = slopes * residual[:, None]
-    width = 2 * lags + 1
-    around = uniform_filter(product, size=(1, 1, width, width), mode="constant") * width**2
     core = slice(lags, side - lags)
-    total = np.mean((product * around)[:, :, core, core], axis=(0, 2, 3))
-    total /= np.mean(square, axis=1) * max(1.0 - terms * width**2 / side**2, 0.5)
+    total = np.zeros(2)
+    for width in (2 * lags + 1, 2 * lags - 1):  # the outermost lags count by half
+        around = uniform_filter(product, size=(1, 1, width, width), mode="constant") * width**2
+        both = np.mean((product * around)[:, :, core, core], axis=(0, 2, 3))
+        total += both / max(1.0 - terms * width**2 / side**2, 0.5) / 2.0
+    total /= np.mean(square, axis=1)
     kept = np.clip(total, 0.25, 16.0)
     return float(kept[0]), float(kept[1])
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.piv.guess import Greys, flow_at, to_8bit
-from ploughval.piv.interpolate import Planes, SlopeFilter, filtered_slope, planes_of, spline_coefficients
+from ploughval.piv.interpolate import Planes, filtered_slope, plain_slope, planes_of, spline_coefficients
 from ploughval.piv.precision import Noise, judge_noise, unjudged
 from ploughval.piv.search import repeats
 from ploughval.piv.subsets import ALL_SEEN, Floats, Pair, Recipe
@@ -74,8 +74,8 @@ def prepare(
         [
             lambda: flow_at(greys, points) if start is None else start,
             lambda: spline_coefficients(second, spline),
-            lambda: filtered_slope(value, spline, SlopeFilter.PLAIN, 0),
-            lambda: filtered_slope(value, spline, SlopeFilter.PLAIN, 1),
+            lambda: plain_slope(value, spline, "x"),
+            lambda: plain_slope(value, spline, "y"),
             lambda: neighbours_of(points),
             lambda: repeats(greys, points, recipe.subset),
         ],
@@ -85,7 +85,7 @@ def prepare(
     pair = Pair(plain, usable, coefficients, seen, recipe, workers)
     found, slopes = judge_noise(pair, points, flow, noise) or unjudged(noise)
     slope_x, slope_y = side_by_side(
-        [partial(filtered_slope, value, spline, slopes, axis) for axis in (0, 1)], workers
+        [partial(filtered_slope, slope, slopes) for slope in (plain_x, plain_y)], workers
     )
     pair = replace(
         pair,

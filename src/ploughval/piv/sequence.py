@@ -153,9 +153,7 @@ class Tracker:
 
     def _hold(self, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture of this frame as a reference."""
-        planes = filtered(
-            plain_planes(picture.image, self._recipe.spline), self._recipe.spline, self._recipe.slopes
-        )
+        planes = filtered(plain_planes(picture.image, self._recipe.spline), self._recipe.slopes)
         self._held[self._frame] = Reference(self._frame, picture, planes, position.copy(), std.copy())
 
     def _pair(self, held: Reference, current: Picture) -> Pair:
@@ -194,7 +192,7 @@ class Tracker:
         if found is not None:
             (self._noise, slopes), self._judged = found, True
             self._recipe = replace(self._recipe, slopes=slopes)
-            self._held[0] = replace(first, planes=filtered(first.planes, self._recipe.spline, slopes))
+            self._held[0] = replace(first, planes=filtered(first.planes, slopes))
 
     def _narrow(self, fit: Fit, current: Picture, alive: NDArray[np.intp]) -> None:
         """Match points beside shear bands on small windows that move with them."""
