@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ploughval.piv.sampling import Floats, Singles, compiled
+from ploughval.piv.compiled import Floats, Singles, compiled
 
 
 @compiled

@@ -8,23 +8,20 @@ from numba import njit
 from ploughval.axes import Status
 from ploughval.piv.algebra import dot, invert, total
 from ploughval.piv.band_shape import TERMS, BandWork, at_point, columns, sample_band, step
+from ploughval.piv.compiled import KERNEL, Floats, Ints, compiled
 from ploughval.piv.kernel import Results, answers, centre, difference, drop
 from ploughval.piv.sampling import (
     EDGE,
-    KERNEL,
     LEAST_SHARE,
     OK,
-    Floats,
-    Ints,
     Pictures,
     Tables,
     Work,
-    compiled,
     gather,
 )
 
 NOT_CONVERGED, FLAT = int(Status.NOT_CONVERGED), int(Status.FLAT)
-PARTS = "c43467b53543"
+PARTS = "2f42246a684c"
 """Digest of the files this kernel is made of: compiled code is kept by this file alone, so it must change
 with them (a test says what it is)."""
 WIDTH_PX = (1.0, 30.0)

@@ -11,15 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ploughval.piv.compiled import Floats, Singles, compiled
 from ploughval.piv.kernel import STATS
 from ploughval.piv.sampling import (
-    Floats,
     Pictures,
-    Singles,
     Tables,
     Work,
     blend_row,
-    compiled,
     keep_inside,
     make_work,
 )

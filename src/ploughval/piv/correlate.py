@@ -157,7 +157,7 @@ def tracks_of(fit: Fit, points: Floats, recipe: Recipe, noise: Noise) -> Tracks:
     std = predict_std(fit, noise)
     for values in (displacement, gradient, std):
         values[bad] = np.nan
-    pixels = fit.stats[:, 4].astype(np.int64)
+    pixels = fit.pixels.astype(np.int64)
     return Tracks(
         points, displacement, gradient, std, fit.zncc.copy(), pixels, fit.description, fit.status.copy()
     )

@@ -140,7 +140,7 @@ def follow_curvature(
         noise = with_correlation(noise, second, where, full)
     suspects = Suspects(where, near, bent[index], level, noise)
     whole = _described(pair, where, full, Description.QUADRATIC)
-    chosen = _worthwhile(suspects, plain, whole, plain.stats[:, 1])
+    chosen = _worthwhile(suspects, plain, whole, plain.residual)
     fit.put(index[chosen], whole.take(chosen))
     reach = pair.recipe.subset // 3
     scale = (reach / pair.recipe.half) ** np.array([0, 1, 1, 2, 2, 2])
@@ -187,12 +187,12 @@ def _worthwhile(suspects: Suspects, old: Fit, new: Fit, before: Floats) -> Index
     near = suspects.near
     before = np.maximum(before, 1e-12)
     # Shares, and bounded below: a neighbour that found another place must not outweigh the others.
-    gains = np.where(usable, np.maximum(1.0 - new.stats[:, 1] / before, WORST), np.nan)
+    gains = np.where(usable, np.maximum(1.0 - new.residual / before, WORST), np.nan)
     excess = np.where(usable, np.maximum(1.0 - suspects.level.residual / before, 0.0), np.nan)
     many, gained = _pooled(gains, near)
     # Alone, a point must convince with as many pixels as its correlated residuals are worth.
     correlated = max(1.0, *suspects.noise.correlated)
-    pixels = new.stats[:, 4] / np.where(many > 2, min(correlated, MOST_CORRELATED), correlated)
+    pixels = new.pixels / np.where(many > 2, min(correlated, MOST_CORRELATED), correlated)
     needed = worth(TERMS, pixels)
     apart = np.where(usable[:, None], _disagreement(old, new, suspects.noise), np.nan)
     apart = np.stack([_pooled(apart[:, axis], near)[1] for axis in range(2)], axis=1)

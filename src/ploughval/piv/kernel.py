@@ -1,4 +1,7 @@
-"""Compiled inverse-compositional Gauss-Newton matching of subsets (Baker & Matthews 2004)."""
+"""Compiled inverse-compositional Gauss-Newton matching of subsets (Baker & Matthews 2004).
+
+Equations are those of docs/theory-correlation.md.
+"""
 
 from typing import NamedTuple
 
@@ -8,25 +11,21 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.algebra import dot, invert, total
+from ploughval.piv.compiled import KERNEL, Floats, Ints, Singles, compiled
 from ploughval.piv.sampling import (
     EDGE,
-    KERNEL,
     LEAST_SHARE,
     MASKED,
     OK,
-    Floats,
-    Ints,
     Pictures,
-    Singles,
     Tables,
     Work,
-    compiled,
     gather,
     sample,
 )
 
 FLAT, NOT_CONVERGED = int(Status.FLAT), int(Status.NOT_CONVERGED)
-PARTS = "75e86991fa5c"
+PARTS = "128cbf23d201"
 """Digest of the files this kernel is made of: compiled code is kept by this file alone, so it must change
 with them (a test says what it is)."""
 LEAST_PART = 0.15
@@ -158,7 +157,7 @@ def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
 
 @compiled
 def difference(work: Work, n: int, count: float, norm: float) -> float:
-    """Turn g into what f leaves of it, both free of their means and g of its gain; the correlation."""
+    """Turn g into the residuals of Eq. 1; returns the correlation."""
     f, g, w = work.f[:n], work.g[:n], work.weight[:n]
     base = np.float32(work.level[0])
     for i in range(n):
@@ -183,7 +182,7 @@ def difference(work: Work, n: int, count: float, norm: float) -> float:
 
 @compiled
 def _advance(tables: Tables, work: Work, ratio: float) -> None:
-    """The step that the residuals call for."""
+    """The step that the residuals call for (Eq. 2)."""
     n, terms = tables.mono.shape[1], tables.terms
     sx, sy, r = work.slope_x[:n], work.slope_y[:n], work.g[:n]
     for m in range(terms):
@@ -219,7 +218,7 @@ def answers(work: Work, count: float, slope_noise: float, stats: Floats) -> None
     """What stats say of the slopes, from their sums and moments.
 
     Slopes are filtered: their product with the plain ones, less that of the noise in both, is what the
-    residuals answer to (Eq. 3 of docs/theory-correlation.md); over both axes it scales the steps.
+    residuals answer to (Eq. 3); over both axes it scales the steps.
     """
     squares = max(work.slopes[0], 1e-300)
     raw = work.slopes[1] / squares

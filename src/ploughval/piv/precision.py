@@ -1,4 +1,7 @@
-"""Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009)."""
+"""Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009).
+
+Eq. 5 of docs/theory-correlation.md.
+"""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -79,13 +82,13 @@ def judge_noise(
     known = 0.0 if given is None else given**2
     if good.size < max(3, 0.1 * some.size):
         return None
-    calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
-    variance = float(np.median(fit.stats[calm, 1])) / residual_share(pair.recipe.spline)
+    calm = good[fit.residual[good] <= np.median(fit.residual[good])]
+    variance = float(np.median(fit.residual[calm])) / residual_share(pair.recipe.spline)
     variance = min(variance, bound)
     if given is not None:
         variance = known
     # Plain slopes hold the noise as well.
-    texture = np.median(fit.stats[calm, 9]) - 0.5 * variance * slope_noise(
+    texture = np.median(fit.product[calm]) - 0.5 * variance * slope_noise(
         pair.recipe.spline, pair.recipe.slopes
     )
     step = int(np.searchsorted(NOISE_STEPS, variance / max(float(texture), 1e-12)))
@@ -102,10 +105,10 @@ def with_correlation(noise: Noise, pair: Pair, points: Floats, fit: Fit) -> Nois
     good = np.flatnonzero((fit.status == Status.OK) & (fit.description == Description.PLAIN))
     if noise.given or good.size < 3:
         return noise
-    calm = good[fit.stats[good, 1] <= np.median(fit.stats[good, 1])]
+    calm = good[fit.residual[good] <= np.median(fit.residual[good])]
     calm = calm[np.linspace(0, calm.size - 1, min(READ, calm.size)).astype(int)]
-    some = fit.stats[calm]
-    texture = np.maximum(some[:, 6] - noise.variance, 0.0) / np.maximum(some[:, 7] * some[:, 8], 1e-12)
+    some = fit.take(calm)
+    texture = np.maximum(some.variance - noise.variance, 0.0) / np.maximum(some.slope * some.answer, 1e-12)
     lags = int(np.clip(np.ceil(LENGTHS * np.sqrt(np.median(texture))), 1, MOST_LAGS))
     lags = min(lags, pair.recipe.subset // 6)
     subsets = read_subsets(pair, points[calm], fit.params[calm])
@@ -173,7 +176,7 @@ def predict_std(fit: Fit, noise: Noise) -> Floats:
         r what the residuals answer to over it, for each axis: the plain slopes, freed from noise. Along an
         edge nothing but noise has a slope, and r is nearly zero.
     """
-    variance = np.full(fit.zncc.shape, 2.0 * noise.variance) if noise.given else fit.stats[:, 1]
+    variance = np.full(fit.zncc.shape, 2.0 * noise.variance) if noise.given else fit.residual
     factor = np.ones(2) if noise.given else np.array(noise.correlated)
-    answer = np.maximum(fit.stats[:, 10:12], LEAST_ANSWER)
-    return np.asarray(np.sqrt(variance[:, None] * factor * fit.stats[:, 2:4]) / answer)
+    answer = np.maximum(fit.answers, LEAST_ANSWER)
+    return np.asarray(np.sqrt(variance[:, None] * factor * fit.spread) / answer)

@@ -33,14 +33,14 @@ BAND_TERMS, PLAIN_TERMS = 11, 6
 
 def noise_level(fit: Fit) -> float:
     """Residual variance of undisturbed subsets: the lower quartile of the valid ones."""
-    seen = fit.stats[fit.status == Status.OK, 1]
+    seen = fit.residual[fit.status == Status.OK]
     return float(np.percentile(seen, 25)) if seen.size else 0.0
 
 
 def mismatch_px(fit: Fit, level: float) -> Floats:
     """Displacement (N,) that would explain the residuals beyond noise, px."""
-    slope = np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
-    return np.asarray(np.sqrt(np.maximum(fit.stats[:, 1] - 1.5 * level, 0.0) / slope))
+    slope = np.maximum(fit.slope * fit.answer, 1e-12)
+    return np.asarray(np.sqrt(np.maximum(fit.residual - 1.5 * level, 0.0) / slope))
 
 
 def suspects(fit: Fit, level: float) -> Index:
@@ -66,7 +66,7 @@ def refine(pair: Pair, fit: Fit, points: Floats, zncc_min: float, noise: Noise, 
         return
     clean = np.setdiff1d(np.flatnonzero(fit.status == Status.OK), doubtful)
     floor = zncc_min * usual_zncc(fit, pair.noise_variance)
-    whole = fit.stats[:, 1].copy()
+    whole = fit.residual.copy()
     whole[fit.status != Status.OK] = np.inf
     follow_curvature(pair, fit, points, index, bent, Level(level, floor), noise)
     torn = suspects(fit, level)
@@ -111,8 +111,8 @@ def _follow_bands(pair: Pair, fit: Fit, points: Floats, index: Index, sides: Flo
 def _poor(fit: Fit, index: Index, level: float) -> Index:
     """Which of some suspects still have no band, or one that leaves far more than the others' bands."""
     banded = fit.description[index] == Description.BAND
-    usual = float(np.median(fit.stats[index[banded], 1])) if banded.any() else 0.0
-    poor = ~banded | (fit.stats[index, 1] > POOR * usual)
+    usual = float(np.median(fit.residual[index[banded]])) if banded.any() else 0.0
+    poor = ~banded | (fit.residual[index] > POOR * usual)
     return np.intersect1d(index[poor], suspects(fit, level))
 
 
@@ -139,7 +139,7 @@ def _own_side(pair: Pair, fit: Fit, points: Floats, params: Floats, noise: Noise
         (new.status == Status.OK) & (predict_std(new, noise) > BARE_PX).any(axis=1)
     )
     fit.status[index[bare]] = Status.FLAT
-    good = (new.status == Status.OK) & ~bare & (new.stats[:, 1] < ENOUGH * fit.stats[index, 1])
+    good = (new.status == Status.OK) & ~bare & (new.residual < ENOUGH * fit.residual[index])
     chosen = np.flatnonzero(good)
     fit.put(index[chosen], new.take(chosen))
 
@@ -148,11 +148,11 @@ def _take_bands(fit: Fit, index: Index, bands: Bands, params: Floats, limits: Li
     """Keep a band where it explains enough more than a plain subset, and more than what there is."""
     new, old, plain = bands.fit, fit.take(index), limits.plain[index]
     good = limits.level.good(new, limits.noise)
-    share = worth(BAND_TERMS - PLAIN_TERMS, new.stats[:, 4] / max(1.0, *limits.noise.correlated))
-    better = new.stats[:, 1] < np.minimum(
+    share = worth(BAND_TERMS - PLAIN_TERMS, new.pixels / max(1.0, *limits.noise.correlated))
+    better = new.residual < np.minimum(
         (1.0 - share) * plain, (1.0 - EXPLAINED) * plain + EXPLAINED * limits.level.residual
     )
-    better &= new.stats[:, 1] < old.stats[:, 1]
+    better &= new.residual < old.residual
     taken = np.flatnonzero(good & ((old.status != Status.OK) | better))
     fit.put(index[taken], new.take(taken))
     params[index[taken]] = bands.params[taken]

@@ -94,7 +94,7 @@ def refuse_unsure(
     loose = (predict_std(fit, noise) > MOST_STD_PX).any(axis=1)
     fit.status[(fit.status == Status.OK) & loose] = Status.FLAT
     level = noise_level(fit)
-    mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.stats[:, 1] > MIXED * level)
+    mixed = (mismatch_px(fit, level) > MOST_MISMATCH_PX) & (fit.residual > MIXED * level)
     mixed &= ~np.isin(fit.description, (Description.BAND, Description.SIDE))
     mixed &= fit.status == Status.OK
     if mixed.any():

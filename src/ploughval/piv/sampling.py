@@ -1,18 +1,14 @@
 """Compiled reading of subsets: values and slopes at pixels of the reference, values at warped places."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from ploughval.axes import Status
+from ploughval.piv.algebra import dot
+from ploughval.piv.compiled import Bytes, Floats, Ints, Singles, compiled, inlined
 from ploughval.piv.interpolate import PAD
 
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Ints = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
 Places = tuple[Singles, Singles]
 Cells = tuple[int, int]
 
@@ -21,20 +17,6 @@ LEAST_SHARE = 0.4
 """A subset needs this share of its pixels valid."""
 SPARE = 32
 """Elements behind a row that a vector may write."""
-
-KERNEL: dict[str, Any] = {
-    "nogil": True,
-    "error_model": "numpy",
-    "fastmath": {"contract", "reassoc", "nsz", "arcp"},
-    "_nrt": False,
-}
-"""Options of every kernel. ``_nrt``: views of arrays are not counted; counting them is atomic and took half
-the time. Nothing may be allocated inside."""
-_PART: dict[str, Any] = KERNEL | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-compiled = njit(**_PART)
-"""Parts of a kernel: without wrappers for Python and kept in the kernel's own cache, they compile faster."""
-inlined = njit(**(_PART | {"inline": "always"}))
-"""Parts that are compiled anew where they are called, so that a constant length vectorises them."""
 
 
 class Pictures(NamedTuple):
@@ -154,30 +136,12 @@ def gather(pictures: Pictures, tables: Tables, cx: int, cy: int, work: Work) -> 
             for i in range(width):
                 w[i] = np.float32(usable[i] != 0)
                 f[i], sx[i], sy[i] = w[i] * value[i], w[i] * fx[i], w[i] * fy[i]
-        work.slopes[0] += _square(sx, sy, width)
+        work.slopes[0] += dot(sx, sx, width) + dot(sy, sy, width)
         if pictures.product.shape[0] == mask.shape[0]:
-            work.slopes[1] += _product(pictures.product[y, x0 : x1 + 1], w, width)
+            work.slopes[1] += dot(pictures.product[y, x0 : x1 + 1], w, width)
     if pictures.product.shape[0] != mask.shape[0]:
         work.slopes[1] = work.slopes[0]
     return OK if used >= LEAST_SHARE * side * side else MASKED
-
-
-@compiled
-def _square(a: Singles, b: Singles, n: int) -> float:
-    """Sum of the squares of two rows."""
-    total = np.float32(0.0)
-    for i in range(n):
-        total += a[i] * a[i] + b[i] * b[i]
-    return float(total)
-
-
-@compiled
-def _product(a: Singles, b: Singles, n: int) -> float:
-    """Sum of the products of two rows."""
-    total = np.float32(0.0)
-    for i in range(n):
-        total += a[i] * b[i]
-    return float(total)
 
 
 @inlined

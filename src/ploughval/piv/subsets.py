@@ -74,6 +74,46 @@ class Fit:
         return self.stats[:, 0]
 
     @property
+    def residual(self) -> Floats:
+        """Residual variance (N,), grey levels^2."""
+        return self.stats[:, 1]
+
+    @property
+    def spread(self) -> Floats:
+        """Variance of the displacement over that of the residuals (N, 2), px^2 a grey level^2."""
+        return self.stats[:, 2:4]
+
+    @property
+    def pixels(self) -> Floats:
+        """Valid pixels (N,)."""
+        return self.stats[:, 4]
+
+    @property
+    def variance(self) -> Floats:
+        """Variance of the grey values of the reference (N,)."""
+        return self.stats[:, 6]
+
+    @property
+    def slope(self) -> Floats:
+        """Mean square of a filtered slope (N,), grey levels^2 px^-2."""
+        return self.stats[:, 7]
+
+    @property
+    def answer(self) -> Floats:
+        """What residuals answer to over that (N,), freed from noise."""
+        return self.stats[:, 8]
+
+    @property
+    def product(self) -> Floats:
+        """Mean product of filtered and plain slope (N,), not freed from noise."""
+        return self.stats[:, 9]
+
+    @property
+    def answers(self) -> Floats:
+        """What residuals answer to along x and y (N, 2), as ``answer``."""
+        return self.stats[:, 10:12]
+
+    @property
     def description(self) -> NDArray[np.int8]:
         """How each subset was described (N,), :class:`Description`."""
         return self.stats[:, -1].astype(np.int8)

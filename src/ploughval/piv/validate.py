@@ -17,7 +17,7 @@ CHANCE = 4.0
 
 def texture_share(fit: Fit, noise_variance: float) -> Floats:
     """Share of the variance of each subset's grey values that is not noise, (N,)."""
-    return np.asarray(np.clip(1.0 - noise_variance / np.maximum(fit.stats[:, 6], 1e-12), 0.0, 1.0))
+    return np.asarray(np.clip(1.0 - noise_variance / np.maximum(fit.variance, 1e-12), 0.0, 1.0))
 
 
 def chance_zncc(fit: Fit, noise_variance: float) -> Floats:
@@ -28,9 +28,9 @@ def chance_zncc(fit: Fit, noise_variance: float) -> Floats:
     its squared length of correlation; noise is independent from pixel to pixel. A subset of fewer than about
     ten grains cannot be told from chance.
     """
-    count = np.maximum(fit.stats[:, 4], 1.0)
+    count = np.maximum(fit.pixels, 1.0)
     texture = texture_share(fit, noise_variance)
-    grain = np.pi * texture * fit.stats[:, 6] / np.maximum(fit.stats[:, 7] * fit.stats[:, 8], 1e-12)
+    grain = np.pi * texture * fit.variance / np.maximum(fit.slope * fit.answer, 1e-12)
     independent = count / np.clip(1.0 + texture**2 * (grain - 1.0), 1.0, count)
     return np.asarray(np.tanh(CHANCE / np.sqrt(np.maximum(independent - 3.0, 1.0))))
 
@@ -44,7 +44,7 @@ def usual_zncc(fit: Fit, noise_variance: float) -> float:
     seen = fit.zncc[(fit.status == Status.OK) & (fit.zncc > chance_zncc(fit, noise_variance))]
     if seen.size == 0:
         return 1.0
-    left = float(np.median(texture_share(fit, noise_variance)[fit.stats[:, 4] > 0]))
+    left = float(np.median(texture_share(fit, noise_variance)[fit.pixels > 0]))
     return max(float(np.percentile(seen, 75)), BLURRED * left)
 
 
