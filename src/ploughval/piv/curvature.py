@@ -56,6 +56,8 @@ def bends(
     """
     apart = miss_of_neighbours(pair, fit, points, near)
     missed = np.asarray((np.abs(apart) > DISAGREES * predict_std(fit, noise) + LEAST_PX).any(axis=1))
+    if not missed.any():
+        return missed, missed.copy()
     apart[~missed] = 0.0
     distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
     beside = distance <= pair.recipe.subset
@@ -77,15 +79,19 @@ def miss_of_neighbours(pair: Pair, fit: Fit, points: Floats, near: Index) -> Flo
     place, params = points[valid], fit.params[valid]
     if valid.size < len(points):
         near = neighbours_of(place)
-    offset = place[:, None] - gather(place, near)
-    around = gather(params, near)
-    along = np.einsum("nkad,nkd->nka", around[:, :, :, 1:3], offset / pair.recipe.half)
-    carried = around[:, :, :, 0] + along
-    carried[~(np.linalg.norm(offset, axis=2) <= pair.recipe.subset)] = np.nan
-    some = np.isfinite(carried[:, :, 0])
-    known = some.any(axis=1)
-    middle = np.median if some.all() else np.nanmedian  # the one that minds NaN is slow
-    out[valid[known]] = middle(carried[known], axis=1) - params[known, :, 0]
+    offset = (place[:, None] - gather(place, near)) / pair.recipe.half
+    around = gather(params, near)  # (n, K, 2, terms)
+    carried = around[..., 0] + around[..., 1] * offset[..., :1] + around[..., 2] * offset[..., 1:]
+    beside = np.sum(offset**2, axis=2) <= (pair.recipe.subset / pair.recipe.half) ** 2
+    known = beside.any(axis=1)
+    carried[~beside] = np.nan
+    # The median of those beside: NaN are sorted behind them (numpy's own nanmedian is slow).
+    ordered, many = np.sort(np.ascontiguousarray(carried.swapaxes(1, 2)), axis=2), beside.sum(axis=1)
+    lower, upper = ((np.maximum(many - 1, 0) // 2)[:, None, None], (many // 2)[:, None, None])
+    upper = np.minimum(upper, near.shape[1] - 1)
+    pair_of = [np.take_along_axis(ordered, k, axis=2)[..., 0] for k in (lower, upper)]
+    middle = 0.5 * (pair_of[0] + pair_of[1])
+    out[valid[known]] = middle[known] - params[known, :, 0]
     return out
 
 
