@@ -25,6 +25,8 @@ ASTRAY_PX = 0.3
 """What two things move in also disagrees with its neighbours by so much."""
 HOLE_PX = 4
 """A point in a hole has usable pixels within this distance, or is masked; a hole is widened by 3 px."""
+BETWEEN_PX = 0.3
+"""Beside a band a vector may lie so far beyond all its neighbours."""
 OUTLIER_REACH = 3.0
 """A vector is only judged against others within so many subsets."""
 
@@ -49,16 +51,28 @@ def _inside(places: Floats, margin: float, size: Floats) -> NDArray[np.bool_]:
 
 def reject_outliers(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp], zncc_min: float) -> None:
     """Mark vectors that disagree with their neighbours, after one more try from the neighbours' motion."""
-    reach = OUTLIER_REACH * pair.recipe.subset
     for _ in range(2):
-        moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
-        wrong = outliers(points, moved, reach_px=reach, near=near)
+        wrong = _disagreeing(pair, fit, points, near)
         if not wrong.any():
             return
         fit.status[wrong] = Status.OUTLIER
         spread_by_neighbours(pair, fit, points, zncc_min, rounds=1)
+    fit.status[_disagreeing(pair, fit, points, near)] = Status.OUTLIER
+
+
+def _disagreeing(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Outliers among the valid vectors, (N,).
+
+    One that a band is known beside may be like few of its neighbours; it must lie between them.
+    """
     moved = np.where((fit.status == Status.OK)[:, None], fit.params[:, :, 0], np.nan)
-    fit.status[outliers(points, moved, reach_px=reach, near=near)] = Status.OUTLIER
+    wrong = outliers(points, moved, reach_px=OUTLIER_REACH * pair.recipe.subset, near=near)
+    banded = np.flatnonzero(wrong & np.isin(fit.description, (Description.BAND, Description.SIDE)))
+    around = gather(moved, near[banded])
+    low = np.fmin.reduce(around, axis=1) - BETWEEN_PX
+    high = np.fmax.reduce(around, axis=1) + BETWEEN_PX
+    wrong[banded] = ~((moved[banded] >= low) & (moved[banded] <= high)).all(axis=1)
+    return wrong
 
 
 def reject_lone(fit: Fit, points: Floats, near: NDArray[np.intp], reach_px: float) -> None:
