@@ -159,19 +159,15 @@ def failed_points(fit: Fit) -> NDArray[np.intp]:
 
 def spread_by_neighbours(pair: Pair, fit: Fit, points: Floats, zncc_min: float, rounds: int = 40) -> None:
     """Second tries from the motion of valid neighbours, outwards, as long as they succeed."""
-    reach = 2.5 * spacing_of(points)
-    tried: set[tuple[int, int]] = set()
     for turn in range(rounds):
         failed = failed_points(fit)
         valid = np.flatnonzero(fit.status == Status.OK)
-        if failed.size == 0 or valid.size == 0 or (turn and (failed.size, valid.size) in tried):
+        if failed.size == 0 or valid.size == 0:
             return
-        tried.add((failed.size, valid.size))
         # First everyone, from however far; then only those that have found points beside them.
-        start = carried_on(
-            points[valid], fit.params[valid], points[failed], pair.recipe.half, np.inf if turn == 0 else reach
-        )
-        if retry(pair, fit, points, failed, start, zncc_min, beside=turn > 0) == 0 and turn:
+        reach = 2.5 * spacing_of(points) if turn else np.inf
+        start = carried_on(points[valid], fit.params[valid], points[failed], pair.recipe.half, reach)
+        if retry(pair, fit, points, failed, start, zncc_min, beside=turn > 0) == 0:
             return
 
 
