@@ -79,14 +79,11 @@ def judge_noise(
         (fit.zncc > chance_zncc(fit, min(bound, 1e30)))
         & np.isin(fit.status, (Status.OK, Status.NOT_CONVERGED))
     )
-    known = 0.0 if given is None else given**2
     if good.size < max(3, 0.1 * some.size):
         return None
     calm = good[fit.residual[good] <= np.median(fit.residual[good])]
-    variance = float(np.median(fit.residual[calm])) / residual_share(pair.recipe.spline)
-    variance = min(variance, bound)
-    if given is not None:
-        variance = known
+    shown = float(np.median(fit.residual[calm])) / residual_share(pair.recipe.spline)
+    variance = min(shown, bound) if given is None else given**2
     # Plain slopes hold the noise as well.
     texture = np.median(fit.product[calm]) - 0.5 * variance * slope_noise(
         pair.recipe.spline, pair.recipe.slopes
