@@ -15,6 +15,7 @@ from ploughval.piv.subsets import (
     centres_of,
     in_chunks,
     kernel_input,
+    moved_at,
     noise_in_slopes,
 )
 
@@ -37,7 +38,7 @@ class Bands:
     Attributes
     ----------
     fit : Fit, motion at each point as parameters of the pair's shape function
-    params : (N, TERMS) float, see ``band_kernel``
+    params : (N, TERMS) float, see ``band_shape``
     """
 
     fit: Fit
@@ -59,10 +60,8 @@ def two_sides(known: Floats, params: Floats, points: Floats, half_px: float, rea
     beside = np.isfinite(distance)
     near = np.where(beside, near, 0)
     carried = params[near]  # (I, K, 2, terms)
-    if params.shape[2] >= 3:
-        offset = (points[:, None] - known[near]) / half_px
-        carried[:, :, :, 0] += np.einsum("nkad,nkd->nka", carried[:, :, :, 1:3], offset)
-    moved = carried[:, :, :, 0]
+    moved = moved_at(carried, (points[:, None] - known[near]) / half_px)
+    carried[:, :, :, 0] = moved
     apart = np.linalg.norm(moved[:, :, None] - moved[:, None], axis=3)
     apart[~(beside[:, :, None] & beside[:, None])] = -1.0
     first, second = np.divmod(apart.reshape(len(points), -1).argmax(axis=1), count)

@@ -13,8 +13,17 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.piv.precision import Noise, predict_std, with_correlation
-from ploughval.piv.subsets import Description, Fit, Floats, Pair, displacement_of, match, read_subsets
-from ploughval.piv.validate import chance_zncc, gather, neighbours_of
+from ploughval.piv.subsets import (
+    Description,
+    Fit,
+    Floats,
+    Pair,
+    displacement_of,
+    match,
+    moved_at,
+    read_subsets,
+)
+from ploughval.piv.validate import chance_zncc, distance_to, gather, neighbours_of
 
 Index = NDArray[np.intp]
 DISAGREES = 5.0
@@ -59,8 +68,7 @@ def bends(
     if not missed.any():
         return missed, missed.copy()
     apart[~missed] = 0.0
-    distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
-    beside = distance <= pair.recipe.subset
+    beside = distance_to(points, near) <= pair.recipe.subset
     alike = np.einsum("nka,na->nk", gather(apart, near), apart) > 0.0
     core = (alike & beside).sum(axis=1) >= ALIKE
     # Where the motion turns from one bend into the next it misses nothing, and is curved all the same.
@@ -81,7 +89,7 @@ def miss_of_neighbours(pair: Pair, fit: Fit, points: Floats, near: Index) -> Flo
         near = neighbours_of(place)
     offset = (place[:, None] - gather(place, near)) / pair.recipe.half
     around = gather(params, near)  # (n, K, 2, terms)
-    carried = around[..., 0] + around[..., 1] * offset[..., :1] + around[..., 2] * offset[..., 1:]
+    carried = moved_at(around, offset)
     beside = np.sum(offset**2, axis=2) <= (pair.recipe.subset / pair.recipe.half) ** 2
     known = beside.any(axis=1)
     carried[~beside] = np.nan
@@ -137,7 +145,7 @@ def follow_curvature(
     """
     where = points[index]
     near = neighbours_of(where, POOLED)
-    near[~(np.linalg.norm(gather(where, near) - where[:, None], axis=2) <= pair.recipe.subset)] = index.size
+    near[~(distance_to(where, near) <= pair.recipe.subset)] = index.size
     plain = fit.take(index)
     second = replace(pair, recipe=replace(pair.recipe, order=2))
     full = match(second, where, _raised(plain.params, 6))

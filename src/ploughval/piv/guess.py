@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
-from ploughval.piv.subsets import Fit, Floats, Pair, match
+from ploughval.piv.subsets import Fit, Floats, Pair, match, moved_at
 from ploughval.piv.validate import gather, judge_correlation, neighbours_of
 
 MARGIN = 128
@@ -97,11 +97,9 @@ def carried_on(
     distance, near = cKDTree(known).query(points, k=count, distance_upper_bound=reach_px)
     distance, near = distance.reshape(len(points), count), near.reshape(len(points), count)
     some = np.flatnonzero(np.isfinite(distance[:, 0]))
-    padded = np.concatenate([params, np.full((1, *params.shape[1:]), np.nan)])
-    around = padded[near[some]].copy()  # (F, K, 2, terms)
-    if params.shape[2] >= 3:
-        offset = (points[some, None] - np.vstack([known, [[0.0, 0.0]]])[near[some]]) / half_px
-        around[:, :, :, 0] += np.einsum("fkad,fkd->fka", around[:, :, :, 1:3], offset)
+    around = gather(params, near[some])  # (F, K, 2, terms)
+    offset = (points[some, None] - gather(known, near[some])) / half_px
+    around[:, :, :, 0] = moved_at(around, offset)
     out[some] = np.nanmedian(around, axis=1)
     return out
 

@@ -187,7 +187,13 @@ def planes_of(plain: Planes, slope_x: NDArray[np.float32], slope_y: NDArray[np.f
 def plain_planes(image: NDArray[np.generic], spline: int) -> Planes:
     """Values and plain slopes of a picture (H, W) at its pixels."""
     value = np.ascontiguousarray(image, np.float32)
-    slope_x, slope_y = (plain_slope(value, spline, axis) for axis in "xy")
+    return without_product(value, plain_slope(value, spline, "x"), plain_slope(value, spline, "y"))
+
+
+def without_product(
+    value: NDArray[np.float32], slope_x: NDArray[np.float32], slope_y: NDArray[np.float32]
+) -> Planes:
+    """Planes (H, W) of a picture whose slopes are the plain ones, so that no product is needed."""
     return Planes(value, slope_x, slope_y, np.zeros((1, 1), np.float32))
 
 

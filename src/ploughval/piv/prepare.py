@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.piv.guess import Greys, flow_at, to_8bit
-from ploughval.piv.interpolate import Planes, filtered_slope, plain_slope, planes_of, spline_coefficients
+from ploughval.piv.interpolate import (
+    filtered_slope,
+    plain_slope,
+    planes_of,
+    spline_coefficients,
+    without_product,
+)
 from ploughval.piv.precision import Noise, judge_noise, unjudged
 from ploughval.piv.search import repeats
 from ploughval.piv.subsets import ALL_SEEN, Floats, Pair, Recipe
@@ -81,7 +87,7 @@ def prepare(
         ],
         workers,
     )
-    plain = Planes(value, plain_x, plain_y, np.zeros((1, 1), np.float32))
+    plain = without_product(value, plain_x, plain_y)
     pair = Pair(plain, usable, coefficients, seen, recipe, workers)
     found, slopes = judge_noise(pair, points, flow, noise) or unjudged(noise)
     slope_x, slope_y = side_by_side(

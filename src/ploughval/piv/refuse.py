@@ -10,7 +10,7 @@ from ploughval.piv.guess import carried_on, spread_by_neighbours
 from ploughval.piv.precision import Noise, predict_std
 from ploughval.piv.refine import mismatch_px, noise_level
 from ploughval.piv.subsets import Description, Fit, Floats, Pair, centres_of, displacement_of
-from ploughval.piv.validate import NEIGHBOURS, gather, outliers
+from ploughval.piv.validate import NEIGHBOURS, distance_to, gather, outliers
 
 MOST_STD_PX = 0.5
 """A vector of a greater standard deviation is no measurement."""
@@ -77,9 +77,8 @@ def _disagreeing(pair: Pair, fit: Fit, points: Floats, near: NDArray[np.intp]) -
 
 def reject_lone(fit: Fit, points: Floats, near: NDArray[np.intp], reach_px: float) -> None:
     """Mark vectors all about which others failed to correlate: chance fits one in many. In place."""
-    distance = np.linalg.norm(gather(points, near) - points[:, None], axis=2)
     failed = np.isin(fit.status, UNCORRELATED).astype(float)
-    around = np.where(distance <= reach_px, gather(failed, near), 0.0).sum(axis=1)
+    around = np.where(distance_to(points, near) <= reach_px, gather(failed, near), 0.0).sum(axis=1)
     fit.status[(fit.status == Status.OK) & (around >= LONE)] = Status.OUTLIER
 
 

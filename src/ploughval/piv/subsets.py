@@ -182,6 +182,16 @@ def displacement_of(params: Floats, points: Floats, recipe: Recipe) -> Floats:
     return np.asarray(np.einsum("nat,tn->na", params, place_terms(points, recipe)))
 
 
+def moved_at(params: Floats, offset: Floats) -> Floats:
+    """Displacement (..., 2) px at ``offset`` (..., 2) half sides from subsets that are carried on affinely.
+
+    ``params`` (..., 2, terms); a subset without gradients moves as a whole.
+    """
+    if params.shape[-1] < 3:
+        return np.asarray(params[..., 0])
+    return np.asarray(params[..., 0] + params[..., 1] * offset[..., :1] + params[..., 2] * offset[..., 1:])
+
+
 def gradient_of(params: Floats) -> Floats:
     """Displacement gradient (N, 2, 2) per half side, [displacement axis, place axis]; zero at order 0."""
     if params.shape[2] == 1:

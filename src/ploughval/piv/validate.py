@@ -80,6 +80,11 @@ def gather(values: Floats, near: NDArray[np.intp]) -> Floats:
     return np.asarray(np.concatenate([values, extra])[near])
 
 
+def distance_to(points: Floats, near: NDArray[np.intp]) -> Floats:
+    """Distance of each point (N, 2) to its neighbours, (N, K) px; NaN where there is none."""
+    return np.asarray(np.linalg.norm(gather(points, near) - points[:, None], axis=2))
+
+
 def outliers(
     points: Floats,
     displacement: Floats,
