@@ -1,8 +1,11 @@
 """The bed of grains: nothing in the blade, nothing in the air, and the truth's own motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from ploughval.errors import ConfigError
 from ploughval.synth import SynthOptions
 from ploughval.synth.bed import fill_bed
 from ploughval.synth.motion import Trench, plan_motion
@@ -61,7 +64,7 @@ def test_avalanched_sand_is_as_dense_as_the_bed(scene_of_grains):
 
 def test_greys_of_sand_air_and_layers_and_the_height_of_the_surface(scene_of_grains):
     _, view, bed = scene_of_grains
-    picture = bed.picture(view, 45.0)
+    picture = bed.canvas(view.shape, 45.0).draw(view.to_px(bed.positions_mm)) + 45.0
     columns = slice(80, view.shape[1])
     rows = {height: round(view.to_px(np.array([[0.0, height]]))[0, 1]) for height in (-3, 10, 12.5, 35)}
     assert picture[rows[35], columns].mean() == pytest.approx(45.0, abs=0.1)
@@ -73,6 +76,16 @@ def test_greys_of_sand_air_and_layers_and_the_height_of_the_surface(scene_of_gra
     expected = view.to_px(np.array([[0.0, 30.0]]))[0, 1]
     # centres end at the surface; the uneven greys of 340 columns move its mean by about 0.1 px
     assert surface_row == pytest.approx(expected, abs=0.35)
+
+
+def test_margins_widen_the_frame_and_leave_the_sand_where_it_was(scene_of_grains):
+    motion, view, _ = scene_of_grains
+    wide = frame_view(motion, replace(OPTIONS, above_mm=37.5, below_mm=25.5, ahead_mm=42.0, behind_mm=24.0))
+    # 0.3 mm/px; without margins stated they are 7.5, 7.5, 12 and 12 mm: 100, 60, 100 and 40 px more
+    np.testing.assert_allclose(np.subtract(wide.tip_px, view.tip_px), (40.0, 100.0), atol=0.1)
+    np.testing.assert_allclose(np.subtract(wide.shape, view.shape), (160, 140), atol=1)  # whole pixels
+    with pytest.raises(ConfigError, match="above_mm"):
+        replace(OPTIONS, above_mm=-1.0)
 
 
 def test_the_blade_covers_exactly_its_share_of_each_pixel():

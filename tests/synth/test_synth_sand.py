@@ -8,6 +8,7 @@ from scipy.integrate import dblquad
 from scipy.special import erf
 
 from ploughval.synth import render_grains, sand_texture
+from ploughval.synth.sand import Canvas
 
 
 def plain_grains(positions, radii, amplitudes, shape):
@@ -48,6 +49,20 @@ def test_the_kernel_equals_its_numpy_twin_also_across_the_border():
     image = render_grains(positions, radii, amplitudes, (37, 41))
     # 300 grains cut at 4.5 standard deviations: at most 4e-5 of each peak is missing
     np.testing.assert_allclose(image, plain_grains(positions, radii, amplitudes, (37, 41)), atol=0.02)
+
+
+def test_drawing_again_what_moved_gives_the_pixels_of_drawing_all():
+    rng = np.random.default_rng(4)
+    positions = rng.uniform(-8, 208, (4000, 2))
+    radii, amplitudes = rng.uniform(1.0, 3.5, 4000), rng.normal(0, 200, 4000)
+    canvas = Canvas(radii, amplitudes, (170, 200))
+    canvas.draw(positions)
+    for few in (slice(0, 0), slice(7, 30), slice(0, 900), slice(None)):
+        positions = positions.copy()
+        positions[few] += rng.normal(0, 20, positions[few].shape)
+        positions[5] = np.nan
+        again = canvas.draw(positions)
+        assert np.array_equal(again, render_grains(positions, radii, amplitudes, (170, 200)))
 
 
 def test_a_whole_pixel_shift_moves_the_pixels_and_nothing_else():

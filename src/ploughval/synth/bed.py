@@ -3,17 +3,19 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ploughval.synth.motion import Bools, Floats, Motion, pour
 from ploughval.synth.options import SynthOptions
-from ploughval.synth.sand import render_grains, sand_texture
+from ploughval.synth.sand import Canvas, sand_texture
 from ploughval.synth.view import View
 
 _DYED_LAYER = 0.4
 """Grey of a grain in a dyed layer, relative to its natural grey."""
 
 _RIM_PX = 12.0
+
+_TIP_LEVEL_MM = 1e-6
+"""Slack of the level below which sand rests: more than the rounding of a step."""
 
 
 @dataclass(slots=True)
@@ -41,7 +43,11 @@ class SandBed:
     def advance(self, motion: Motion, steps: int, rng: np.random.Generator) -> None:
         """Go on to ``steps`` steps done; grains that avalanche are put where the surface rose."""
         for k in range(self.steps_done, steps):
-            gone = np.flatnonzero(motion.step(k, self.positions_mm))
+            # below the tip's level nothing is pushed and nothing avalanches
+            within = np.flatnonzero(self.positions_mm[:, 1] > -_TIP_LEVEL_MM)
+            moved = self.positions_mm[within]
+            gone = within[motion.step(k, moved)]
+            self.positions_mm[within] = moved
             if not len(gone):
                 continue
             face = motion.u_mm[k] + motion.du_mm[k]
@@ -57,13 +63,9 @@ class SandBed:
             self.avalanched[gone] = True
         self.steps_done = max(self.steps_done, steps)
 
-    def picture(self, view: View, air_grey: float) -> NDArray[np.float32]:
-        """Sand in front of air, without blade, light or noise: (H, W) float32."""
-        light = render_grains(
-            view.to_px(self.positions_mm), self.radii_px, self.areas_px * (self.greys - air_grey), view.shape
-        )
-        light += np.float32(air_grey)
-        return light
+    def canvas(self, shape: tuple[int, int], air_grey: float) -> Canvas:
+        """Draws the grains as what they add to air of one grey level."""
+        return Canvas(self.radii_px, self.areas_px * (self.greys - air_grey), shape)
 
 
 def _evenly(rng: np.random.Generator, first: int, count: int) -> Floats:

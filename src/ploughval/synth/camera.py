@@ -18,14 +18,15 @@ Levels = NDArray[np.uint8] | NDArray[np.uint16]
 def photographs(view: View, motion: Motion, options: SynthOptions) -> Iterator[Levels]:
     """Take the photographs in order of time: (H, W) uint8 or uint16 each.
 
-    Memory holds the grains and one photograph, however long the series.
+    Memory holds the grains, their picture and one photograph, however long the series.
     """
     bed = fill_bed(options.rng(Purpose.GRAINS), view, motion, options)
     falls = options.rng(Purpose.AVALANCHES)
+    canvas = bed.canvas(view.shape, options.air_grey)
     light = light_field(view.shape, vignetting=options.vignetting, gradient=options.gradient)
     for frame, (u, steps) in enumerate(zip(options.frames_u_mm, motion.frame_steps, strict=True)):
         bed.advance(motion, int(steps), falls)
-        picture = bed.picture(view, options.air_grey)
+        picture = canvas.draw(view.to_px(bed.positions_mm)) + np.float32(options.air_grey)
         cover = view.blade_cover(float(u), options.thickness_mm)
         picture += cover * (np.float32(options.blade_grey) - picture)
         picture *= light

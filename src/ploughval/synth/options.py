@@ -41,6 +41,9 @@ _NOT_NEGATIVE = (
 )
 
 
+_MARGINS = ("above_mm", "below_mm", "ahead_mm", "behind_mm")
+
+
 class Purpose(IntEnum):
     """What random numbers are for: each purpose has a generator of its own."""
 
@@ -66,6 +69,8 @@ class SynthOptions:
     layers_mm, layer_thickness_mm, dyed : heights of the layers; whether they are dyed dark
     spacing_px, diameter_px : grains, as in :func:`ploughval.synth.sand_texture`
     air_grey, blade_grey : background and blade
+    above_mm, below_mm, ahead_mm, behind_mm : what the photographs show above the highest heap, below the tip,
+        ahead of the furthest moved sand and behind the blade (None: 0.25, 0.25, 0.4 and 0.4 depths)
     noise_grey : standard deviation of the camera's noise
     vignetting, gradient : loss of light in the corners; change of light from left to right, both relative
     bit_depth, image_format : of the photographs
@@ -98,6 +103,10 @@ class SynthOptions:
     diameter_px: tuple[float, float] = (2.5, 6.0)
     air_grey: float = 45.0
     blade_grey: float = 205.0
+    above_mm: float | None = None
+    below_mm: float | None = None
+    ahead_mm: float | None = None
+    behind_mm: float | None = None
     noise_grey: float = 2.0
     vignetting: float = 0.05
     gradient: float = 0.03
@@ -132,6 +141,11 @@ class SynthOptions:
             Fault(name, repr(getattr(self, name)), "0 or a greater number")
             for name in _NOT_NEGATIVE
             if not getattr(self, name) >= 0
+        ]
+        faults += [
+            Fault(name, repr(value), "0 or a greater number, or None")
+            for name in _MARGINS
+            if (value := getattr(self, name)) is not None and not value >= 0
         ]
         faults += [
             Fault(place, repr(value), expected)

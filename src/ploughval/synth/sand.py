@@ -12,9 +12,13 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 REACH = 4.5
 """Half-width of a grain's stencil in standard deviations: 1.4e-5 of its light falls outside."""
+
+TILE_PX = 32
+"""Side of the squares in which a picture is drawn again where grains moved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,50 +128,123 @@ def render_grains(
     (H, W) float32
         Sum of all grains. Rows of ``positions_px`` that are not finite are left out.
     """
-    positions = np.ascontiguousarray(positions_px, dtype=np.float64).reshape(-1, 2)
-    count = len(positions)
-    sigmas = np.ascontiguousarray(np.broadcast_to(np.asarray(radii_px, dtype=np.float64) / 2, count))
-    weights = np.ascontiguousarray(np.broadcast_to(np.asarray(amplitudes, dtype=np.float64), count))
-    if not np.all(sigmas > 0):
-        raise ValueError("radii_px must all be greater than 0")
-    image = np.zeros(shape, dtype=np.float32)
-    if count:
-        widest = 2 * math.ceil(REACH * float(sigmas.max()) + 1) + 1
-        _add_grains(image, positions, sigmas, weights, np.empty(widest), np.empty(widest))
-    return image
+    canvas = Canvas(radii_px, amplitudes, shape)
+    return canvas.draw(positions_px)
+
+
+class Canvas:
+    """A picture of the same grains again and again, drawn anew only in tiles that a moved grain reaches.
+
+    The pixels are those of :func:`render_grains` to the last bit: a tile is emptied and every grain that
+    reaches it is added again in the order of the grains.
+
+    Parameters
+    ----------
+    radii_px, amplitudes : (N,) or scalar float
+    shape : (int, int), px
+        As in :func:`render_grains`.
+    """
+
+    def __init__(self, radii_px: ArrayLike, amplitudes: ArrayLike, shape: tuple[int, int]) -> None:
+        self._radii = np.asarray(radii_px, dtype=np.float64)
+        self._amplitudes = np.asarray(amplitudes, dtype=np.float64)
+        if not np.all(self._radii > 0):
+            raise ValueError("radii_px must all be greater than 0")
+        self._image = np.zeros(shape, dtype=np.float32)
+        self._drawn: Floats | None = None
+
+    def draw(self, positions_px: ArrayLike) -> NDArray[np.float32]:
+        """The grains at ``positions_px`` ((N, 2) float, px): (H, W) float32, good until the next call."""
+        positions = np.ascontiguousarray(positions_px, dtype=np.float64).reshape(-1, 2)
+        count = len(positions)
+        sigmas = np.ascontiguousarray(np.broadcast_to(self._radii / 2, count))
+        weights = np.ascontiguousarray(np.broadcast_to(self._amplitudes, count))
+        height, width = self._image.shape
+        stale = np.ones((-(-height // TILE_PX), -(-width // TILE_PX)), dtype=np.bool_)
+        if self._drawn is not None:
+            moved = np.any(positions != self._drawn, axis=1)
+            stale[:] = False
+            for places in (self._drawn, positions):
+                _mark_tiles(stale, places[moved], sigmas[moved], height, width)
+        if count:
+            widest = 2 * math.ceil(REACH * float(sigmas.max()) + 1) + 1
+            _clear_tiles(self._image, stale)
+            _add_grains(self._image, stale, positions, sigmas, weights, np.empty((2, widest)))
+        self._drawn = positions.copy()
+        return self._image
 
 
 @njit(cache=True, nogil=True)
-def _shares(centre: float, sigma: float, size: int, out: Floats) -> tuple[int, int]:  # pragma: no cover
-    """Shares of a one-dimensional Gaussian in the pixels it reaches; first pixel and count."""
-    first = max(0, math.floor(centre - REACH * sigma + 0.5))
-    last = min(size - 1, math.floor(centre + REACH * sigma + 0.5))
+def _shares(centre: float, sigma: float, first: int, last: int, out: Floats) -> None:  # pragma: no cover
+    """Shares of a one-dimensional Gaussian in the pixels ``first`` to ``last``."""
     scale = 1.0 / (math.sqrt(2.0) * sigma)
     below = math.erf((first - 0.5 - centre) * scale)
     for k in range(first, last + 1):
         above = math.erf((k + 0.5 - centre) * scale)
         out[k - first] = 0.5 * (above - below)
         below = above
-    return first, last - first + 1
+
+
+@njit(cache=True, nogil=True)
+def _reach(centre: float, sigma: float, size: int) -> tuple[int, int]:  # pragma: no cover
+    """First and last pixel of a line of ``size`` that a grain reaches; last < first: none."""
+    first = max(0, math.floor(centre - REACH * sigma + 0.5))
+    return first, min(size - 1, math.floor(centre + REACH * sigma + 0.5))
+
+
+@njit(cache=True, nogil=True)
+def _mark_tiles(
+    stale: Bools, positions: Floats, sigmas: Floats, height: int, width: int
+) -> None:  # pragma: no cover
+    for i in range(positions.shape[0]):
+        x, y = positions[i, 0], positions[i, 1]
+        if not (math.isfinite(x) and math.isfinite(y)):
+            continue
+        left, right = _reach(x, sigmas[i], width)
+        top, bottom = _reach(y, sigmas[i], height)
+        if right >= left and bottom >= top:
+            rows = slice(top // TILE_PX, bottom // TILE_PX + 1)
+            stale[rows, left // TILE_PX : right // TILE_PX + 1] = True
+
+
+@njit(cache=True, nogil=True)
+def _clear_tiles(image: NDArray[np.float32], stale: Bools) -> None:  # pragma: no cover
+    for row in range(stale.shape[0]):
+        for column in range(stale.shape[1]):
+            if stale[row, column]:
+                top, left = row * TILE_PX, column * TILE_PX
+                image[top : top + TILE_PX, left : left + TILE_PX] = 0.0
 
 
 @njit(cache=True, nogil=True)
 def _add_grains(
     image: NDArray[np.float32],
+    stale: Bools,
     positions: Floats,
     sigmas: Floats,
     weights: Floats,
-    across: Floats,
-    down: Floats,
+    shares: Floats,
 ) -> None:  # pragma: no cover
+    """Add every grain to the pixels of stale tiles that it reaches."""
     height, width = image.shape
+    across, down = shares[0], shares[1]
     for i in range(positions.shape[0]):
         x, y, reach = positions[i, 0], positions[i, 1], REACH * sigmas[i] + 1.0
         if not (-reach < x < width + reach and -reach < y < height + reach):
             continue  # outside, or not finite
-        left, columns = _shares(x, sigmas[i], width, across)
-        top, rows = _shares(y, sigmas[i], height, down)
-        for r in range(rows):
+        left, right = _reach(x, sigmas[i], width)
+        top, bottom = _reach(y, sigmas[i], height)
+        wanted, whole = False, True
+        for row in range(top // TILE_PX, bottom // TILE_PX + 1):
+            for column in range(left // TILE_PX, right // TILE_PX + 1):
+                wanted |= stale[row, column]
+                whole &= stale[row, column]
+        if not wanted:
+            continue
+        _shares(x, sigmas[i], left, right, across)
+        _shares(y, sigmas[i], top, bottom, down)
+        for r in range(bottom - top + 1):
             share = weights[i] * down[r]
-            for c in range(columns):
-                image[top + r, left + c] += np.float32(share * across[c])
+            for c in range(right - left + 1):
+                if whole or stale[(top + r) // TILE_PX, (left + c) // TILE_PX]:
+                    image[top + r, left + c] += np.float32(share * across[c])

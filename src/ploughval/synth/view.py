@@ -58,15 +58,20 @@ def _overlap(start: float, end: float, size: int) -> Floats:
 
 
 def frame_view(motion: Motion, options: SynthOptions) -> View:
-    """The frame that shows the test from a little below the tip to above the highest heap."""
+    """The frame that shows the test from below the tip to above the highest heap, with the margins asked for."""
     depth, scale = options.depth_mm, options.mm_per_px
     raised = [s[s[:, 1] > 1.003 * depth, 0].max(initial=0.0) for s in motion.surfaces]
-    right = max(float(motion.outcrop_x_mm.max()), *raised) + 0.4 * depth
-    top = max(float(s[:, 1].max()) for s in motion.surfaces) + 0.25 * depth
-    left_px = round((options.thickness_mm + 0.4 * depth) / scale, 1)
+    right = max(float(motion.outcrop_x_mm.max()), *raised) + _margin(options.ahead_mm, 0.4 * depth)
+    top = max(float(s[:, 1].max()) for s in motion.surfaces) + _margin(options.above_mm, 0.25 * depth)
+    left_px = round((options.thickness_mm + _margin(options.behind_mm, 0.4 * depth)) / scale, 1)
     top_px = round(top / scale, 1)
-    shape = (int(top_px + 0.25 * depth / scale) + 1, int(left_px + right / scale) + 1)
+    below_mm = _margin(options.below_mm, 0.25 * depth)
+    shape = (int(top_px + below_mm / scale) + 1, int(left_px + right / scale) + 1)
     return View(shape, (left_px, top_px), scale)
+
+
+def _margin(stated_mm: float | None, usual_mm: float) -> float:
+    return usual_mm if stated_mm is None else stated_mm
 
 
 def light_field(shape: tuple[int, int], *, vignetting: float, gradient: float) -> NDArray[np.float32]:
