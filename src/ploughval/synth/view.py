@@ -58,7 +58,7 @@ def _overlap(start: float, end: float, size: int) -> Floats:
 
 
 def frame_view(motion: Motion, options: SynthOptions) -> View:
-    """The frame that shows the test from below the tip to above the highest heap, with the margins asked for."""
+    """The frame that shows the test from below the tip to above the highest heap, widened by margins."""
     depth, scale = options.depth_mm, options.mm_per_px
     raised = [s[s[:, 1] > 1.003 * depth, 0].max(initial=0.0) for s in motion.surfaces]
     right = max(float(motion.outcrop_x_mm.max()), *raised) + _margin(options.ahead_mm, 0.4 * depth)
