@@ -137,6 +137,16 @@ def test_16_bit_tiff_and_jpeg_hold_the_same_picture(tmp_path):
     assert np.abs(jpg.astype(float) - png).std() < 3.0
 
 
+def test_dark_grains_before_a_pale_wall_are_darker_than_it(tmp_path):
+    dark = replace(SMALL, grain_grey=(50.0, 90.0), air_grey=220.0, dyed=False, vignetting=0.0)
+    truth = make_folder(tmp_path / "a", dark)
+    picture = read(tmp_path / "a/photos/0000.png").astype(float)
+    sand = picture[round(truth.tip_px[1]) :]
+    # 85 % of the grains have a mean of 70, the others one of 30 (sand_texture)
+    assert sand.mean() == pytest.approx(0.85 * 70 + 0.15 * 30, abs=3.0)
+    assert picture[:5, -40:].mean() == pytest.approx(220.0, rel=0.02)  # the gradient is 3 %
+
+
 def test_parts_that_are_not_wanted_are_not_there(tmp_path):
     told = Soil(unit_weight_kN_m3=16.0, peak_friction_deg=45.0, residual_friction_deg=30.0)
     make_folder(tmp_path / "a", replace(SMALL, photographs=False, layers_mm=(), told_soil=told))

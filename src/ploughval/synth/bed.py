@@ -90,6 +90,7 @@ def fill_bed(rng: np.random.Generator, view: View, motion: Motion, options: Synt
         margin_px=max(reach_px - view.tip_px[0], _RIM_PX),
         spacing_px=options.spacing_px,
         diameter_px=options.diameter_px,
+        grey=options.grain_grey,
     )
     x, y = view.to_mm(grains.positions_px).T
     ahead = motion.surfaces[0]

@@ -68,6 +68,7 @@ class SynthOptions:
     tolerance : of the model that moves the sand
     layers_mm, layer_thickness_mm, dyed : heights of the layers; whether they are dyed dark
     spacing_px, diameter_px : grains, as in :func:`ploughval.synth.sand_texture`
+    grain_grey : least and greatest grey of a natural grain
     air_grey, blade_grey : background and blade
     above_mm, below_mm, ahead_mm, behind_mm : what the photographs show above the highest heap, below the tip,
         ahead of the furthest moved sand and behind the blade (None: 0.25, 0.25, 0.4 and 0.4 depths)
@@ -101,6 +102,7 @@ class SynthOptions:
     dyed: bool = True
     spacing_px: float = 1.55
     diameter_px: tuple[float, float] = (2.5, 6.0)
+    grain_grey: tuple[float, float] = (105.0, 215.0)
     air_grey: float = 45.0
     blade_grey: float = 205.0
     above_mm: float | None = None
@@ -163,6 +165,12 @@ class SynthOptions:
             ("frames", self.frames, self.frames >= 2, "at least 2 photographs"),
             ("layers_mm", self.layers_mm, inside, f"heights between 0 and depth_mm = {self.depth_mm}"),
             ("diameter_px", self.diameter_px, 0 < low <= high, "two diameters greater than 0, ascending"),
+            (
+                "grain_grey",
+                self.grain_grey,
+                0 < self.grain_grey[0] <= self.grain_grey[1] <= 255,
+                "two greys up to 255, ascending",
+            ),
             ("bit_depth", self.bit_depth, self.bit_depth in (8, 16), "8 or 16"),
             ("bit_depth", self.bit_depth, not jpeg16, "8 with image_format 'jpg'"),
             (
