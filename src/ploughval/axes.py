@@ -36,6 +36,16 @@ class Status(IntEnum):
         return self.name.lower()
 
 
+class Region(IntEnum):
+    """What a pixel of a photograph shows; TRENCH: all behind the blade's back above the tip's level."""
+
+    AIR = 0
+    SAND = 1
+    BLADE = 2
+    TRENCH = 3
+    OUTSIDE = 4
+
+
 class ForceStatus(StrEnum):
     """Reason code of one row of the force record."""
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from ploughval.axes import Direction
 from ploughval.tracers import Watcher
-from ploughval.tracers.surface import likeliest_path
+from ploughval.tracers.surface_kernel import border_costs, likeliest_path, profiles
 
 HEAP = ((0.0, 33.0), (12.0, 36.0), (30.0, 25.0), (200.0, 25.0))  # mm ahead of the face: a kinked line
 
@@ -83,11 +84,50 @@ def test_sand_further_back_that_shows_above_the_surface_is_not_taken_for_the_sur
 
 
 def test_the_likeliest_path_is_the_cheapest_of_all_paths():
-    """Against every path through a small table, the price of a rise being 0.5 a row, up to 3 rows."""
+    """Against every path through a small table, the price of a rise being 0.5 a row, up to 2 rows.
+
+    Each column's strip begins at a row of its own.
+    """
     rng = np.random.default_rng(0)
-    for _ in range(5):
-        cost = rng.normal(0, 1, (5, 4))
+    for _ in range(20):
+        cost = rng.normal(0, 1, (4, 5))
+        first = rng.integers(0, 3, 4)
         grid = np.stack(np.meshgrid(*[np.arange(5)] * 4, indexing="ij"), axis=-1).reshape(-1, 4)
-        grid = grid[(np.abs(np.diff(grid, axis=1)) <= 3).all(axis=1)]
-        price = cost[grid, np.arange(4)].sum(axis=1) + 0.5 * np.abs(np.diff(grid, axis=1)).sum(axis=1)
-        assert likeliest_path(cost).tolist() == grid[np.argmin(price)].tolist()
+        rise = np.abs(np.diff(grid + first, axis=1))
+        grid, rise = grid[(rise <= 2).all(axis=1)], rise[(rise <= 2).all(axis=1)]
+        price = cost[np.arange(4), grid].sum(axis=1) + 0.5 * rise.sum(axis=1)
+        assert likeliest_path(cost, first, 2, 0.5).tolist() == (grid[np.argmin(price)] + first).tolist()
+
+
+def test_profiles_are_those_of_bilinear_sampling():
+    """Against scipy's sampling of order 1 along and across the line; rounding of float32 alone."""
+    rng = np.random.default_rng(1)
+    grey = rng.uniform(0, 255, (40, 60)).astype(np.float32)
+    column, row, slope = np.array([20.5, 31.0, 2.2]), np.array([20.3, 4.0, 30.7]), np.array([0.3, -0.8, 0.0])
+    along, across = np.arange(-4, 5), np.arange(-9, 10)
+    cols = np.broadcast_to(column[:, None, None] + along[None, :, None], (3, 9, 19))
+    rows = (row[:, None] + slope[:, None] * along)[:, :, None] + across
+    expected = map_coordinates(grey, [rows, cols], order=1, mode="nearest", output=float).mean(axis=1)
+    assert np.abs(profiles(grey, column, row, slope, 4, 9) - expected).max() < 1e-3
+
+
+def test_costs_of_a_border_are_sums_of_logarithms_over_the_strip():
+    """Against the definition, pixel by pixel in numpy: air above the border, four rows of skin, then sand."""
+    rng = np.random.default_rng(2)
+    level = rng.integers(0, 256, (30, 12), dtype=np.uint8)
+    change = rng.integers(0, 2048, level.shape, dtype=np.uint16)
+    known = rng.integers(0, 15, 12)
+    tables = rng.uniform(0.001, 0.1, (11, 256)).astype(np.float32)
+    first, strip = np.array([3, 5, 2, 6]), 12
+    cost = np.empty((4, strip + 1))
+    border_costs(level, change, known, tables, np.array([2, 2, 4, 30]), first, cost)
+    row = np.arange(30)[:, None]
+    same = np.where(row < known, tables[3:].ravel()[change], 0.0)
+    air = np.log(tables[0][level] + same)
+    for k in range(4):
+        for r in range(strip + 1):
+            part = slice(2 + 2 * k, 4 + 2 * k)
+            border, last = first[k] + r, first[k] + strip + 4
+            expected = air[first[k] : border, part].sum() + tables[1][level[border : border + 4, part]].sum()
+            expected += tables[2][level[border + 4 : last, part]].sum()
+            assert cost[k, r] == pytest.approx(-expected / 2, abs=1e-4)

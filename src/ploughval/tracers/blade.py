@@ -2,11 +2,16 @@
 
 from dataclasses import dataclass
 
+from typing import Any
+
+import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from ploughval.scene import Blade
-from ploughval.tracers.view import Floats, Image, View
+from ploughval.tracers.light import Lighting
+from ploughval.tracers.view import Floats, Levels, View
 
 _BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, their scatter gives the std
 _MARGIN_PX = 2.0  # the face's blur, kept out of the body
@@ -14,6 +19,8 @@ _SIDE_PX = 6  # columns read on either side of the face
 _REACH_PX = 2.5  # the face stands no further from where the body's match puts it
 _LEAST_CONTRAST = 4.0  # of the face against the noise of a block's mean
 _STD_FLOOR_PX = 0.02
+_ALIKE = 0.5  # of the contrast: a block nearer to the body at rest than this shows the body
+_LEAST_ALIKE = 0.5  # of the share of such blocks in earlier frames: with fewer something hides the blade
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +38,10 @@ class BladeFinder:
     ----------
     view : grid of the photographs
     blade : settings of the blade
-    image : (h, w) float32, the first frame on the grid: the face stands at x = 0
+    image : (h, w) uint8 or uint16, the first frame on the grid: the face stands at x = 0
     """
 
-    def __init__(self, view: View, blade: Blade, image: Image) -> None:
+    def __init__(self, view: View, blade: Blade, image: Levels) -> None:
         self._rows = max(int(view.row(0.0)) - 2, 4)
         self._rest = float(view.column(0.0))
         thickness = blade.thickness_mm / view.step_mm
@@ -42,9 +49,11 @@ class BladeFinder:
         first = max(round(self._rest - thickness + margin), 0)
         last = max(round(self._rest - margin), first + 1)
         self._body = slice(first, last)
-        profile = self._profile(image)
+        profile = self._profile(image, None, 0, image.shape[1])
         self._template = profile[:, self._body]
         self._level = np.median(self._template, axis=1)
+        self._cap = float(np.median(np.abs(profile - self._level[:, None])))
+        self._alike = 1.0
         seen = self._read_face(profile, self._rest)
         self._offset = seen.column - self._rest if np.isfinite(seen.column) else 0.0
         self._last, self._step, self._missed = self._rest, np.nan, 0
@@ -60,40 +69,59 @@ class BladeFinder:
         step = self._step if np.isfinite(self._step) else 0.0
         return self._last + step * (1 + self._missed)
 
-    def find(self, image: Image) -> BladeSight:
-        """The face in the next frame; columns count from the grid's left, x = 0 where it was at rest."""
-        profile = self._profile(image)
-        seen = self._read_face(profile, self._recognise(profile) + self._offset)
-        column = seen.column - self._offset
-        if not np.isfinite(column):
+    def find(self, image: Levels, lighting: Lighting | None = None) -> BladeSight:
+        """The face in the next frame; columns count from the grid's left, x = 0 where it was at rest.
+
+        ``lighting``: its light against the first frame's; None: the same.
+        """
+        first, stop = self._reach(image.shape[1])
+        width = self._body.stop - self._body.start
+        left = max(first - width - _SIDE_PX, 0)
+        profile = self._profile(image, lighting, left, min(stop + 2 * width + 2 * _SIDE_PX, image.shape[1]))
+        place, alike = self._recognise(profile, first - left, stop - left)
+        seen = self._read_face(profile, place + self._offset)
+        if not np.isfinite(seen.column) or alike < _LEAST_ALIKE * self._alike:
             self._missed += 1
-            return seen
+            return BladeSight(np.nan, np.nan)
+        self._alike += 0.25 * (alike - self._alike)
+        column = seen.column + left - self._offset
         self._step = (column - self._last) / (1 + self._missed)
         self._last, self._missed = column, 0
         return BladeSight(column, seen.std_px)
 
-    def _profile(self, image: Image) -> Floats:
-        """Means over blocks of rows above the tip, (blocks, w)."""
+    def _profile(self, image: Levels, lighting: Lighting | None, left: int, right: int) -> Floats:
+        """Means over blocks of rows above the tip, of columns left to right - 1: (blocks, columns)."""
         starts = np.unique(
             np.linspace(0, self._rows, min(_BLOCKS, self._rows // 2), endpoint=False).astype(int)
         )
-        counts = np.diff(np.append(starts, self._rows))
-        return np.add.reduceat(image[: self._rows].astype(float), starts, axis=0) / counts[:, None]
+        ends = np.append(starts[1:], self._rows)
+        means = np.empty((len(starts), right - left))
+        for k, (start, end) in enumerate(zip(starts, ends, strict=True)):
+            block: NDArray[Any] = np.ascontiguousarray(image[start:end, left:right])
+            means[k] = cv2.reduce(block, 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[0] / (end - start)
+        if lighting is not None and not lighting.same:
+            means *= lighting.columns(left, right)
+            means *= lighting.rows(0, self._rows)[(starts + ends) // 2][:, None]
+        return means
 
-    def _recognise(self, profile: Floats) -> float:
-        """Column of the face to a pixel or two: the body's best match."""
-        width = self._template.shape[1]
+    def _reach(self, width: int) -> tuple[int, int]:
+        """First columns at which the body may begin: from a little behind its last place."""
+        body = self._body.stop - self._body.start
         first = self._body.start + round(self._last - self._rest) - 2
-        stop = profile.shape[1] - width - 2
+        stop = width - body - 2
         if np.isfinite(self._step):
             reach = round(self.predicted - self._last + 3 * abs(self._step))
-            stop = min(stop, first + max(reach, 0) + 4 * width + 12)
-        first = min(max(first, 0), max(stop - 1, 0))
+            stop = min(stop, first + max(reach, 0) + 4 * body + 12)
+        return min(max(first, 0), max(stop - 1, 0)), stop
+
+    def _recognise(self, profile: Floats, first: int, stop: int) -> tuple[float, float]:
+        """Column of the face to a pixel or two, by the body's best match, and share of blocks that match."""
+        width = self._template.shape[1]
         windows = sliding_window_view(profile[:, first : stop + width - 1], width, axis=1)
-        unlike = np.abs(windows - self._template[:, None, :])
-        cap = np.median(np.abs(profile - self._level[:, None]))
-        best = int(np.argmin(np.minimum(unlike, cap).mean(axis=(0, 2))))
-        return float(self._rest + first + best - self._body.start)
+        unlike = np.minimum(np.abs(windows - self._template[:, None, :]), self._cap).mean(axis=2)
+        best = int(np.argmin(unlike.mean(axis=0)))
+        alike = float(np.mean(unlike[:, best] < _ALIKE * self._cap))
+        return float(self._rest + first + best - self._body.start), alike
 
     def _read_face(self, profile: Floats, column: float) -> BladeSight:
         """Half-level crossing near a column, block by block; their robust weighted mean."""

@@ -5,7 +5,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ploughval.scene import Tracers
-from ploughval.tracers.view import Floats, Image, Mask, View
+from ploughval.tracers.appearance import Appearance
+from ploughval.tracers.light import Lighting
+from ploughval.tracers.view import Floats, Image, Levels, Mask, View
 
 _STEP_PX = 2  # one point of a layer every so many columns
 _STIFFNESS = 0.05  # cost of a pixel of rise between two points
@@ -29,7 +31,8 @@ class DyeFollower:
     sand : (h, w) bool, its sand
     """
 
-    def __init__(self, view: View, tracers: Tracers, image: Image, sand: Mask) -> None:
+    def __init__(self, view: View, tracers: Tracers, image: Levels, look: Appearance) -> None:
+        sand = _sand(image.shape, look.top, float(view.column(0.0)))
         self._view = view
         self._thickness = (tracers.thickness_mm or _DEFAULT_THICKNESS_MM) / view.step_mm
         self._sign = -1.0 if tracers.dye == "dark" else 1.0
@@ -38,7 +41,14 @@ class DyeFollower:
         self._levels = {h: self._learn(image, sand, h) for h in self._rows}
         self._face = float(view.column(0.0))
 
-    def follow(self, image: Image, sand: Mask, face: float) -> dict[float, Floats]:
+    def follow(
+        self,
+        image: Levels,
+        lighting: Lighting,
+        top: Floats,
+        face: float,
+        carried: dict[float, Floats] | None = None,
+    ) -> dict[float, Floats]:
         """The dyed layers of the next frame.
 
         Parameters
@@ -54,13 +64,16 @@ class DyeFollower:
         -------
         dict of layer height, mm -> (K, 3) float: x, y, std, mm; rows of NaN at gaps
         """
+        sand = _sand(image.shape, top, face)
         travel = face - self._face if np.isfinite(face) else 0.0
         self._face = face if np.isfinite(face) else self._face
         blur = max(self._thickness / 8, 0.7)
-        smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), sigmaX=3.0, sigmaY=blur), np.float32)
+        smooth = np.asarray(
+            cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigmaX=3.0, sigmaY=blur), np.float32
+        )
         return {height: self._follow_one(height, smooth, sand, travel) for height in self._rows}
 
-    def _learn(self, image: Image, sand: Mask, height: float) -> tuple[float, float]:
+    def _learn(self, image: Levels, sand: Mask, height: float) -> tuple[float, float]:
         """Grey of the dyed layer and of the sand beside it, in the first frame."""
         row = np.arange(image.shape[0])[:, None]
         off = np.abs(row - self._view.row(height))
@@ -113,6 +126,11 @@ class DyeFollower:
         kept = real | np.append(False, real[:-1])
         line = line[kept]
         return np.asarray(line[:-1] if np.isnan(line[-1, 0]) else line)
+
+
+def _sand(shape: tuple[int, int], top: Floats, face: float) -> Mask:
+    row, column = np.arange(shape[0])[:, None], np.arange(shape[1])
+    return np.asarray((row > top) & (column > face + 0.5))
 
 
 def _ridge(share: Floats, thickness: float, low: Floats, high: Floats) -> Floats:

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import map_coordinates, median_filter
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
-from ploughval.tracers.masks import Likelihood
-from ploughval.tracers.view import Floats, Image
+from ploughval.tracers.appearance import Appearance, Band
+from ploughval.tracers.light import Lighting
+from ploughval.tracers.surface_kernel import Ints, border_costs, likeliest_path, profiles, surroundings
+from ploughval.tracers.view import Floats, Image, Levels, Mask
 
 STEP_PX = 2  # one point of the surface every so many columns
 _STIFFNESS = 0.5  # nats a pixel of rise from one point to the next
@@ -18,94 +20,156 @@ _SKIN_PX = 4  # the uppermost sand, which must look like the uppermost sand at r
 _SMOOTH = 17  # points in the line that a surface point is read from
 _STD_FLOOR_PX = 0.05
 
+_RISE, _FALL = 1.4, 1.0  # of the blade's travel, by which the surface may rise or fall between photographs
+_SLACK_SHARE, _SLACK_PX = 0.04, 8.0  # ... and of the depth, in any case
+_WINDOW = (8, 4, 20)  # half width, nearest and farthest row of what is read above and below a point, px
+_FLAT = 0.4  # of the sand's usual standard deviation: smoother is no sand
+_STRANGE_GREY = 0.35  # of the range of the sand's greys at rest, beyond it
+_NO_AIR = 4.0  # times the density of a pixel that looks like nothing known
+_AGREE = 15  # points over which such findings are averaged
+_LEAST_SEEN = 0.05  # of the points: fewer are no surface
+
 
 @dataclass(frozen=True, slots=True)
 class SurfaceTrace:
-    """The surface in the view: (M,) columns, rows and std, px; ahead of the face, left to right."""
+    """The surface in the view: (M,) columns, rows and std, px; ahead of the face, left to right.
+
+    ``hidden``: (K, 2) first and last columns of the stretches that are not seen. ``top``: (w,) row of
+    the surface in every column, from the last photograph in which it was seen there.
+    """
 
     column: Floats
     row: Floats
     std_px: Floats
+    hidden: Floats
+    top: Floats
 
 
-def trace_surface(image: Image, fit: Likelihood, face: float) -> SurfaceTrace:
-    """The free surface ahead of the face, to a part of a pixel.
-
-    Parameters
-    ----------
-    image : (h, w) float32
-        Frame on the grid.
-    fit : Likelihood
-        How well each pixel fits air, skin and sand.
-    face : float
-        Column of the blade's face.
-
-    Returns
-    -------
-    SurfaceTrace
-        Without points where the surface leaves the view or where the sand ends.
-    """
-    first = max(int(np.ceil(face)) + 2, 0)
-    count = (fit.air.shape[1] - first) // STEP_PX
-    if count < _SMOOTH:
-        return SurfaceTrace(*np.empty((3, 0)))
-    column = first + STEP_PX * np.arange(count) + (STEP_PX - 1) / 2
-    part = slice(first, first + STEP_PX * count)
-    row = likeliest_path(border_cost(fit, part)) - 0.5
-    row, std = _refine(image, column, row)
-    seen = (row > 1.5) & (row < fit.air.shape[0] - 1.5)
-    return SurfaceTrace(column[seen], row[seen], std[seen])
-
-
-def border_cost(fit: Likelihood, part: slice) -> Floats:
-    """Cost of the border standing above each row, (rows + 1, points): air above, skin below it, then sand."""
-    air, skin, sand = (_heaped(v[:, part]) for v in (fit.air, fit.skin, fit.sand))
-    below = np.minimum(np.arange(len(air)) + _SKIN_PX, len(air) - 1)
-    return np.asarray(-(air + skin[below] - skin + sand[-1] - sand[below]))
-
-
-def likeliest_path(cost: Floats) -> Floats:
-    """Row of least total cost in each column: rises cost in proportion, up to the steepest slope.
-
-    Dynamic programming (Viterbi 1967).
+class SurfaceFinder:
+    """Finds the free surface, frame after frame, near where it stood and as far as the blade can move it.
 
     Parameters
     ----------
-    cost : (rows, columns) float
-        Cost of each row in each column.
-
-    Returns
-    -------
-    (columns,) float, whole rows
+    appearance : what sand and air look like at rest
+    depth_px : of the blade's tip under the surface at rest
     """
-    rows = np.arange(cost.shape[0])
-    reach = int(np.ceil(_STEEPEST * STEP_PX))
-    price = _STIFFNESS * np.abs(np.arange(-reach, reach + 1))
-    total = np.empty((cost.shape[1], cost.shape[0]))
-    total[0] = cost[:, 0]
-    for k in range(1, cost.shape[1]):
-        around = sliding_window_view(np.pad(total[k - 1], reach, constant_values=np.inf), 2 * reach + 1)
-        total[k] = cost[:, k] + (around + price).min(axis=1)
-    path = np.empty(cost.shape[1], dtype=int)
-    path[-1] = np.argmin(total[-1])
-    for k in range(cost.shape[1] - 2, -1, -1):
-        rise = np.abs(rows - path[k + 1])
-        path[k] = np.argmin(np.where(rise <= reach, total[k] + _STIFFNESS * rise, np.inf))
-    return path.astype(float)
+
+    def __init__(self, appearance: Appearance, depth_px: float) -> None:
+        self._look = appearance
+        self._slack = max(_SLACK_SHARE * depth_px, _SLACK_PX)
+        self._top = appearance.top.astype(float).copy()
+        self._missed = np.zeros(len(self._top))
+        self._tables = _tables(appearance)
+        self._usual: tuple[float, float, float] | None = None
+
+    def find(self, image: Levels, lighting: Lighting, face: float, travel: float) -> SurfaceTrace:
+        """The free surface ahead of the face, to a part of a pixel.
+
+        Parameters
+        ----------
+        image : (h, w) uint8 or uint16
+            Frame on the grid.
+        lighting : Lighting
+            Its light against the first frame's.
+        face : float
+            Column of the blade's face.
+        travel : float
+            Columns the face has gone since the frame before.
+        """
+        width = image.shape[1]
+        first = max(int(np.ceil(face)) + 2, 0)
+        count = (width - first) // STEP_PX
+        if count < _SMOOTH:
+            none = np.empty(0)
+            return SurfaceTrace(none, none, none, np.array([[first, width - 1.0]]), self._top)
+        start, rows = self._strips(first, count, travel)
+        upper = max(int(start.min()) - _WINDOW[2], 0)
+        lower = min(int(start.max()) + rows + _SKIN_PX + _WINDOW[2], image.shape[0])
+        band = self._look.band(image, lighting, upper, lower)
+        path = self._path(band, first, start - upper, rows)
+        column = first + STEP_PX * np.arange(count) + (STEP_PX - 1) / 2
+        row, std = _refine(band.grey, column, path - 0.5)
+        seen = self._plausible(band, column, row, path - start + upper, rows)
+        row += upper
+        seen &= (row > 1.5) & (row < self._look.rows - 1.5)
+        if seen.mean() < _LEAST_SEEN:
+            seen[:] = False
+        self._remember(column, row, seen)
+        return SurfaceTrace(column[seen], row[seen], std[seen], _stretches(column, ~seen), self._top.copy())
+
+    def _strips(self, first: int, count: int, travel: float) -> tuple[Ints, int]:
+        """Uppermost row in which each point may stand, and how many rows it may take."""
+        gone = max(travel, 0.0) if np.isfinite(travel) else 0.0
+        size = 2 * int(np.ceil(gone)) + 2 * STEP_PX + 1
+        more = 2.0 ** np.minimum(self._missed, 12)
+        low = minimum_filter1d(self._top, size, mode="nearest") - (_RISE * gone + self._slack) * more
+        high = maximum_filter1d(self._top, size, mode="nearest") + (_FALL * gone + self._slack) * more
+        part = slice(first, first + STEP_PX * count, STEP_PX)
+        limit = self._look.rows
+        low = np.clip(np.floor(low[part]), 0, limit - 4)
+        high = np.clip(np.ceil(high[part]), low + 4, limit)
+        rows = int((high - low).max())
+        return np.clip(low, 0, max(limit - rows, 0)).astype(np.int64), rows
+
+    def _path(self, band: Band, first: int, start: Ints, rows: int) -> Floats:
+        """Row of the border in each strip, whole rows of the band."""
+        cost = np.empty((len(start), rows + 1))
+        place = np.array([first, STEP_PX, _SKIN_PX, self._look.rows - band.first_row])
+        known = self._look.known_rows - band.first_row
+        limit = min(int(place[3]), len(band.level))
+        place[3] = limit
+        border_costs(band.level, band.change, known, self._tables, place, start, cost)
+        reach = int(np.ceil(_STEEPEST * STEP_PX))
+        return likeliest_path(cost, start, reach, _STIFFNESS).astype(float)
+
+    def _plausible(self, band: Band, column: Floats, row: Floats, place: Floats, rows: int) -> Mask:
+        """Whether sand lies below each point and air above it, and it does not press against its strip."""
+        known = self._look.known_rows - band.first_row
+        around = surroundings((band.grey, band.level, band.change), known, self._tables, column, row, _WINDOW)
+        around = median_filter(around, (_AGREE, 1), mode="nearest")
+        mean, std, air = around.T
+        if self._usual is None:
+            low, high = np.nanpercentile(mean, [1, 99])
+            spread = _STRANGE_GREY * float(self._look.sand_range)
+            self._usual = (low - spread, high + spread, float(np.nanmedian(std)))
+        low, high, usual = self._usual
+        usual = min(usual, float(np.nanmedian(std))) if np.isfinite(std).any() else usual
+        sand = ~((mean < low) | (mean > high) | (std < _FLAT * usual))
+        clear = ~(air < _NO_AIR * self._look.unknown_air)
+        pressed = (place <= 1) | (place >= rows - 1)
+        pressed = median_filter(pressed, _AGREE, mode="nearest")
+        return np.asarray(sand & clear & ~pressed)
+
+    def _remember(self, column: Floats, row: Floats, seen: Mask) -> None:
+        """Keep the surface where it was seen; elsewhere keep what was known, and look wider next time."""
+        first, last = int(column[0]), int(np.ceil(column[-1])) + 1
+        shown = np.zeros(len(self._top), bool)
+        shown[first:last] = np.repeat(seen, STEP_PX)[: last - first]
+        if shown.any():
+            inside = np.flatnonzero(shown)
+            self._top[inside] = np.interp(inside, column[seen], row[seen])
+        self._missed[first:last] += 1
+        self._missed[shown] = 0
 
 
-def _heaped(value: Image) -> Floats:
-    """Sums over all rows above, of means over each point's columns, (rows + 1, points)."""
-    mean = value.reshape(len(value), -1, STEP_PX).mean(axis=2, dtype=float)
-    return np.concatenate([np.zeros((1, mean.shape[1])), np.cumsum(mean, axis=0)])
+def _tables(appearance: Appearance) -> Image:
+    """The tables of an appearance in one array, as the kernels take them."""
+    t = appearance.tables
+    return np.concatenate([np.stack([t.air, t.skin, t.sand]), t.same.reshape(-1, len(t.air))])
 
 
-def _refine(image: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
+def _stretches(column: Floats, hidden: Mask) -> Floats:
+    """First and last columns of successive points that are hidden, (K, 2)."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], hidden, [False]]).astype(int)))
+    return np.column_stack([column[edge[::2]], column[edge[1::2] - 1]])
+
+
+def _refine(grey: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
     """Rows where the grey passes half-way between air and sand, smoothed along the surface, and their std."""
     crossing = row
     for _ in range(2):
         smooth = _line_fit(median_filter(crossing, 5, mode="nearest"))[0]
-        found = _half_level(image, column, smooth)
+        found = _half_level(grey, column, smooth)
         lost = ~np.isfinite(found)
         crossing = np.where(lost, row, smooth + np.nan_to_num(found))
     value, scatter = _line_fit(crossing)
@@ -117,16 +181,11 @@ def _refine(image: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
     return value, np.where(lost, np.maximum(std, 1.0), std)
 
 
-def _half_level(image: Image, column: Floats, row: Floats) -> Floats:
+def _half_level(grey: Image, column: Floats, row: Floats) -> Floats:
     """Offset of the half-level crossing from each row, px; NaN without contrast or crossing."""
     across = np.arange(-_FAR_PX, _FAR_PX + 1)
-    along = np.arange(-_HALF_WIDTH_PX, _HALF_WIDTH_PX + 1)
-    slope = np.gradient(row, column)
-    cols = np.broadcast_to(
-        column[:, None, None] + along[None, :, None], (len(column), len(along), len(across))
-    )
-    rows = (row[:, None] + slope[:, None] * along)[:, :, None] + across
-    profile = map_coordinates(image, [rows, cols], order=1, mode="nearest").mean(axis=1)
+    slope = np.asarray(np.gradient(row, column))
+    profile = profiles(grey, column, row, slope, _HALF_WIDTH_PX, _FAR_PX)
     above, below = profile[:, : _FAR_PX - _NEAR_PX + 1], profile[:, _FAR_PX + _NEAR_PX :]
     contrast = below.mean(axis=1) - above.mean(axis=1)
     noise = np.hypot(above.std(axis=1), below.std(axis=1)) + 1e-9

@@ -4,7 +4,7 @@ With a plain scale the grid is the picture's own pixels, cropped and mirrored: n
 Otherwise it is sampled bilinearly at one pixel's spacing (only the watcher reads it; points are mapped).
 """
 
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -15,6 +15,8 @@ from ploughval.errors import CalibrationError
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
+Bytes = NDArray[np.uint8]
+Levels = NDArray[np.uint8] | NDArray[np.uint16]
 Place = TypeVar("Place", float, Floats)
 
 _ON_PIXELS = 1e-4  # px: a grid this close to whole pixels is the picture itself
@@ -71,15 +73,19 @@ class View:
         span = np.array([np.ptp(edge_mm[:, 0]), np.ptp(edge_mm[:, 1])]) / self.step_mm
         self.shape = (round(float(span[1])) + 1, round(float(span[0])) + 1)
         self._maps: tuple[Image, Image] | None = None
-        self._inverse: NDArray[np.intp] | None = None
+        self._inverse: NDArray[np.int32] | None = None
         self._slices = self._whole_pixels()
         if self._slices is None:
-            grid_px = calibration.to_px(self._grid_mm()).astype(np.float32)
-            self._maps = (grid_px[..., 0].copy(), grid_px[..., 1].copy())
+            self._maps = self._places()
 
-    def _grid_mm(self) -> Floats:
-        rows, cols = np.mgrid[: self.shape[0], : self.shape[1]]
-        return np.stack([self.x_mm(cols), self.y_mm(rows)], axis=-1)
+    def _places(self) -> tuple[Image, Image]:
+        """Where in the photograph each node of the grid lies: columns and rows, (h, w) float32 each."""
+        maps = (np.empty(self.shape, np.float32), np.empty(self.shape, np.float32))
+        x_mm = self.x_mm(np.arange(float(self.shape[1])))
+        for row in range(self.shape[0]):  # row by row: the whole grid in float64 would fill the memory
+            px = self._calibration.to_px(np.column_stack([x_mm, np.full_like(x_mm, self.y_mm(float(row)))]))
+            maps[0][row], maps[1][row] = px.T
+        return maps
 
     def _whole_pixels(self) -> tuple[slice, slice] | None:
         """Slices that cut the grid out of the photograph, where its nodes are whole pixels."""
@@ -98,32 +104,47 @@ class View:
         x0, y0, x1, y1 = self._box
         return slice(y0, y1), slice(x1 - 1, x0 - 1 if x0 else None, -1) if flip else slice(x0, x1)
 
-    def cut(self, image: NDArray[np.uint8] | NDArray[np.uint16]) -> Image:
-        """The photograph on the grid, (h, w) float32, grey levels of the file."""
+    def cut(self, image: Levels) -> Levels:
+        """The photograph on the grid, (h, w), in its own grey levels; a window of it where none is resampled."""
         if self._slices is not None:
-            return np.ascontiguousarray(image[self._slices], dtype=np.float32)
+            return image[self._slices]
         assert self._maps is not None
-        return np.asarray(
-            cv2.remap(
-                image.astype(np.float32), *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-            )
-        )
+        return cast(Levels, cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
-    def uncut(self, mask: Mask) -> Mask:
-        """A mask on the grid as a mask of the whole photograph, (H, W) bool, False outside the view."""
-        whole = np.zeros(self._image_shape, dtype=bool)
-        if self._slices is not None:
-            whole[self._slices] = mask
-            return whole
+    def uncut(self, grid: Bytes, outside: int) -> Bytes:
+        """Values on the grid as those of the whole photograph, (H, W) uint8, ``outside`` beyond the view."""
         x0, y0, x1, y1 = self._box
+        whole = np.empty(self._image_shape, np.uint8)
+        if (x1 - x0, y1 - y0) != self._image_shape[::-1]:
+            whole[...] = outside
+        if self._slices is not None:
+            whole[self._slices] = grid
+            return whole
         if self._inverse is None:
-            rows, cols = np.mgrid[y0:y1, x0:x1]
-            mm = self._calibration.to_mm(np.stack([cols, rows], axis=-1).astype(float))
-            col = np.clip(np.rint(self.column(mm[..., 0])), 0, self.shape[1] - 1)
-            row = np.clip(np.rint(self.row(mm[..., 1])), 0, self.shape[0] - 1)
-            self._inverse = (row * self.shape[1] + col).astype(np.intp)
-        whole[y0:y1, x0:x1] = mask.ravel()[self._inverse]
+            self._inverse = self._nearest_nodes()
+        whole[y0:y1, x0:x1] = grid.ravel()[self._inverse]
         return whole
+
+    def _nearest_nodes(self) -> NDArray[np.int32]:
+        """Index of the grid's node next to each pixel of the view."""
+        x0, y0, x1, y1 = self._box
+        index = np.empty((y1 - y0, x1 - x0), np.int32)
+        for row in range(y0, y1):
+            px = np.column_stack([np.arange(x0, x1), np.full(x1 - x0, row)]).astype(float)
+            mm = self._calibration.to_mm(px)
+            col = np.clip(np.rint(self.column(mm[:, 0])), 0, self.shape[1] - 1)
+            index[row - y0] = np.clip(np.rint(self.row(mm[:, 1])), 0, self.shape[0] - 1) * self.shape[1] + col
+        return index
+
+    def offset(self, shift_px: tuple[float, float]) -> tuple[float, float]:
+        """Columns and rows of the grid that a small shift in the photograph amounts to, in its middle."""
+        x0, y0, x1, y1 = self._box
+        middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
+        first, last = self._calibration.to_mm(np.stack([middle, middle + shift_px]))
+        return (
+            float(self.column(last[0]) - self.column(first[0])),
+            float(self.row(last[1]) - self.row(first[1])),
+        )
 
     def x_mm(self, column: Place) -> Place:
         """World x of a column, mm."""
@@ -149,3 +170,32 @@ def _outline(box: tuple[int, int, int, int]) -> Floats:
     across = [np.stack([x, np.full_like(x, v)], axis=-1) for v in (y[0], y[-1])]
     down = [np.stack([np.full_like(y, v), y], axis=-1) for v in (x[0], x[-1])]
     return np.concatenate([*across, *down])
+
+
+def moved_back(values: NDArray[Any], shift_px: tuple[int, int], border: int | None = None) -> NDArray[Any]:
+    """Pixels of a picture put back by a whole shift: what stands at p + shift comes to p.
+
+    Parameters
+    ----------
+    values : (H, W)
+        Grey levels or codes.
+    shift_px : (int, int)
+        Right and down.
+    border : int or None
+        Value of pixels that come from outside; None: the nearest one inside.
+
+    Returns
+    -------
+    (H, W), the same array where the shift is (0, 0)
+    """
+    x, y = shift_px
+    if x == 0 and y == 0:
+        return values
+    height, width = values.shape
+    rows = np.clip(np.arange(height) + y, 0, height - 1)
+    columns = np.clip(np.arange(width) + x, 0, width - 1)
+    moved = values[rows][:, columns]
+    if border is not None:
+        moved[np.arange(height) + y != rows] = border
+        moved[:, np.arange(width) + x != columns] = border
+    return moved

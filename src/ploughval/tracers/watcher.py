@@ -6,13 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.axes import Region
 from ploughval.errors import DataError
 from ploughval.scene import Scene, Step
+from ploughval.tracers.appearance import Appearance
 from ploughval.tracers.blade import BladeFinder, BladeSight
 from ploughval.tracers.dye import DyeFollower
-from ploughval.tracers.masks import Appearance, sand_mask
-from ploughval.tracers.surface import SurfaceTrace, trace_surface
-from ploughval.tracers.view import Floats, Mapping, Mask, View
+from ploughval.tracers.light import LightMeter
+from ploughval.tracers.masks import regions
+from ploughval.tracers.surface import SurfaceFinder, SurfaceTrace
+from ploughval.tracers.view import Bytes, Floats, Levels, Mapping, Mask, View, moved_back
 
 log = logging.getLogger(__name__)
 
@@ -27,22 +30,30 @@ class Sight:
     ----------
     blade_x_mm, blade_std_mm : float
         Travel of the blade's face from its place in the first photograph; NaN: not found.
-    sand : (H, W) bool
-        Sand ahead of the blade, and everything below the tip's level, in the photograph.
+    regions : (H, W) uint8
+        Codes of :class:`ploughval.axes.Region`, in the pixels of this very photograph.
     surface_mm : (M, 2) float
         Free surface ahead of the blade, in order of x; without the points that are hidden.
     surface_std_mm : (M,) float
         Standard deviation of its heights.
     dyed : dict of float -> (K, 3) float
         Initial height of a dyed layer, mm -> x, y, std, mm; rows of NaN at gaps.
+    reasons : tuple of str
+        What this photograph could not show, and why.
     """
 
     blade_x_mm: float
     blade_std_mm: float
-    sand: NDArray[np.bool_]
+    regions: Bytes
     surface_mm: Floats
     surface_std_mm: Floats
     dyed: dict[float, Floats]
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def sand(self) -> Mask:
+        """Sand ahead of the blade, and everything below the tip's level: (H, W) bool, made when asked for."""
+        return np.asarray(self.regions == Region.SAND)
 
 
 class Watcher:
@@ -60,8 +71,17 @@ class Watcher:
         self._scene, self._calibration = scene, calibration
         self._view: View | None = None
         self._shape: tuple[int, ...] = ()
+        self._face = np.nan
+        self._rest = (0.0, 0.0)
+        self._dye: DyeFollower | None = None
 
-    def see(self, frame: int, image: NDArray[np.uint8] | NDArray[np.uint16]) -> Sight:
+    def see(
+        self,
+        frame: int,
+        image: NDArray[np.uint8] | NDArray[np.uint16],
+        shift_px: tuple[float, float] = (0.0, 0.0),
+        carried: dict[float, Floats] | None = None,
+    ) -> Sight:
         """Blade, sand, free surface and dyed layers of one photograph.
 
         Parameters
@@ -70,6 +90,11 @@ class Watcher:
             Its number, for messages.
         image : (H, W) uint8 or uint16
             Its grey levels.
+        shift_px : (float, float)
+            Where the camera has been knocked to: what stood still at p in the first photograph stands
+            at p + shift_px in this one, px, right and down. What is given in mm is freed of it.
+        carried : dict of float -> (K, 2) float, or None
+            Where tracked points of each dyed layer stand in this photograph, px: by initial height, mm.
 
         Raises
         ------
@@ -80,27 +105,38 @@ class Watcher:
             raise DataError(
                 f"got an image of shape {image.shape}; expected {self._shape or '(H, W), grey'}", frame=frame
             )
+        whole = (round(shift_px[0]), round(shift_px[1]))
+        back = moved_back(image, whole)
         if self._view is None:
-            self._start(image)
+            self._start(back)
         assert self._view is not None
-        cut = self._view.cut(image)
-        blade = self._blade.find(cut)
+        self._rest = self._view.offset((shift_px[0] - whole[0], shift_px[1] - whole[1]))
+        cut = self._view.cut(back)
+        lighting = self._light.compare(cut)
+        blade = self._blade.find(cut, lighting)
         face = blade.column
         if not np.isfinite(face):
             log.warning("frame %d: the blade's face was not found", frame)
             face = self._blade.predicted
-        surface = trace_surface(cut, self._appearance.likelihood(cut), face)
-        mask = self._sand(surface, face)
-        dyed = {} if self._dye is None else self._dye.follow(cut, mask, face)
-        return self._sight(blade, surface, mask, dyed)
+        surface = self._surface.find(cut, lighting, face, face - self._face)
+        self._face = face
+        parts = self._regions(surface, face)
+        dyed: dict[float, Floats] = {}
+        if self._dye is not None:
+            dyed = self._dye.follow(cut, lighting, surface.top, face, self._on_grid(carried, whole))
+        whole_regions = moved_back(
+            self._view.uncut(parts, Region.OUTSIDE), (-whole[0], -whole[1]), Region.OUTSIDE
+        )
+        return self._sight(blade, surface, dyed, whole_regions, lighting.agrees)
 
-    def _start(self, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    def _start(self, image: Levels) -> None:
         """Learn from the first photograph, whose geometry the scene tells."""
         scene = self._scene
         self._shape = image.shape
         height, width = image.shape
         view = View((height, width), self._calibration, scene.camera.view_px if scene.camera else None)
         cut = view.cut(image)
+        self._light = LightMeter(cut)
         self._blade = BladeFinder(view, scene.blade, cut)
         if abs(self._blade.first_offset_px) > _FACE_WARNING_PX:
             log.warning(
@@ -108,34 +144,54 @@ class Watcher:
                 self._blade.first_offset_px,
                 _FACE_WARNING_PX,
             )
-        self._appearance = Appearance(view, scene, cut)
-        self._view, self._dye = view, None
+        look = Appearance(view, scene, cut)
+        self._surface = SurfaceFinder(look, scene.blade.depth_mm / view.step_mm)
+        self._face = float(view.column(0.0))
+        self._view = view
         if Step.DYE in scene.steps and scene.tracers is not None:
-            face = float(view.column(0.0))
-            surface = trace_surface(cut, self._appearance.likelihood(cut), face)
-            self._dye = DyeFollower(view, scene.tracers, cut, self._sand(surface, face))
+            self._dye = DyeFollower(view, scene.tracers, cut, look)
 
-    def _sand(self, surface: SurfaceTrace, face: float) -> Mask:
-        """Mask of the sand on the grid."""
+    def _regions(self, surface: SurfaceTrace, face: float) -> Bytes:
+        """Regions of the grid."""
         assert self._view is not None
-        column = np.arange(self._view.shape[1])
-        if len(surface.column) == 0:
-            top = np.full(len(column), np.nan)
-        else:
-            top = np.interp(column, surface.column, surface.row)
-        return sand_mask(self._view, top, face, self._scene.blade.thickness_mm)
+        back = face - self._scene.blade.thickness_mm / self._view.step_mm
+        return regions(self._view.shape, surface.top, float(self._view.row(0.0)), (back, face))
+
+    def _on_grid(
+        self, carried: dict[float, Floats] | None, whole: tuple[int, int]
+    ) -> dict[float, Floats] | None:
+        """Points of the photograph as columns and rows of the grid, (K, 2) each."""
+        if carried is None:
+            return None
+        view = self._view
+        assert view is not None
+        mm = {h: self._calibration.to_mm(np.asarray(px, float) - whole) for h, px in carried.items()}
+        return {h: np.column_stack([view.column(p[:, 0]), view.row(p[:, 1])]) for h, p in mm.items()}
 
     def _sight(
-        self, blade: BladeSight, surface: SurfaceTrace, mask: Mask, dyed: dict[float, Floats]
+        self, blade: BladeSight, surface: SurfaceTrace, dyed: dict[float, Floats], parts: Bytes, lit: bool
     ) -> Sight:
         view = self._view
         assert view is not None
-        line = np.column_stack([view.x_mm(surface.column), view.y_mm(surface.row)])
+        across, down = self._rest
+        line = np.column_stack([view.x_mm(surface.column - across), view.y_mm(surface.row - down)])
+        moved = [-across * view.step_mm, down * view.step_mm, 0.0]
+        dyed_mm = {h: p + moved for h, p in dyed.items()}
+        reasons = [] if lit else ["light: it cannot be compared with that of the first photograph"]
+        if not np.isfinite(blade.column):
+            reasons.append("blade: the face was not found")
+        for first, last in surface.hidden:
+            start, end = view.x_mm(first - across), view.x_mm(last - across)
+            reasons.append(f"surface: not seen from x = {start:.1f} to {end:.1f} mm")
+        for height, points in dyed_mm.items():
+            if not np.isfinite(points[:, 0]).any():
+                reasons.append(f"layer {height:g} mm: not found")
         return Sight(
-            blade_x_mm=float(view.x_mm(blade.column)),
+            blade_x_mm=float(view.x_mm(blade.column - across)),
             blade_std_mm=blade.std_px * view.step_mm,
-            sand=view.uncut(mask),
+            regions=parts,
             surface_mm=line,
             surface_std_mm=surface.std_px * view.step_mm,
-            dyed=dyed,
+            dyed=dyed_mm,
+            reasons=tuple(reasons),
         )
