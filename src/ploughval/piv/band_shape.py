@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ploughval.piv.compiled import Floats, Singles, compiled
+from ploughval.piv.interpolate import PAD
 from ploughval.piv.kernel import STATS
 from ploughval.piv.sampling import (
     Pictures,
@@ -86,7 +87,7 @@ def sample_band(
     wide = (side + 15) // 16 * 16
     work, scratch = band.work, band.pixels
     place = work.place
-    height, width = pictures.mask.shape
+    height, width = pictures.current.shape[0] - 2 * PAD, pictures.current.shape[1] - 2 * PAD
     lost = 0
     # Whole px go into the base of a row, so that single precision serves.
     x0, y0 = np.int64(np.floor(p[0])), np.int64(np.floor(p[1]))

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
+from ploughval.piv.held import Box
 from ploughval.piv.subsets import Fit, Floats
 
 SURFACE = 1.5
@@ -40,9 +41,20 @@ def name_failures(
     living = np.zeros(len(ok), bool)
     living[alive] = True
     fit.status[living & (outside | (fit.status == Status.EDGE))] = Status.OUT_OF_PICTURE
-    wide = cv2.dilate(sand, np.ones((2 * BORDER_PX + 1,) * 2, np.uint8))
-    fit.status[living & ~outside & ok & (wide[pixel[:, 1], pixel[:, 0]] == 0)] = Status.MASKED
-    depth = cv2.distanceTransform(sand, cv2.DIST_L2, 3)
-    shallow = depth[pixel[:, 1], pixel[:, 0]] < SURFACE * subset
-    decorrelated = np.isin(fit.status, _DECORRELATED)
-    fit.status[living & decorrelated & shallow & ~sand.all()] = Status.AVALANCHED
+    bare = np.flatnonzero(living & ~outside & ok & (sand[pixel[:, 1], pixel[:, 0]] == 0))
+    fit.status[bare[_distance(1 - sand, pixel[bare], BORDER_PX + 1) > BORDER_PX]] = Status.MASKED
+    decorrelated = np.flatnonzero(living & np.isin(fit.status, _DECORRELATED))
+    reach = SURFACE * subset
+    fit.status[decorrelated[_distance(sand, pixel[decorrelated], reach) < reach]] = Status.AVALANCHED
+
+
+def _distance(mask: NDArray[np.uint8], pixel: NDArray[np.intp], reach: float) -> Floats:
+    """Distance (K,) px from pixels of a mask (H, W) to the nearest one outside it; right up to ``reach``."""
+    if len(pixel) == 0:
+        return np.zeros(0)
+    box = Box.about(pixel.astype(float), reach + 2, mask.shape)
+    part = np.ascontiguousarray(mask[box.part])
+    if part.all():
+        return np.full(len(pixel), np.inf)
+    near = cv2.distanceTransform(part, cv2.DIST_L2, 3)
+    return np.asarray(near[pixel[:, 1] - box.y0, pixel[:, 0] - box.x0], np.float64)

@@ -281,7 +281,7 @@ def blend_row(
 @compiled
 def keep_inside(pictures: Pictures, x: int, y: int, place: Singles, side: int, weight: Singles) -> int:
     """Clamp a row's places to the picture; pixels that leave it, or are not seen, lose their weight."""
-    height, width = pictures.mask.shape
+    height, width = pictures.current.shape[0] - 2 * PAD, pictures.current.shape[1] - 2 * PAD
     holes = pictures.seen.size > 1
     lost = 0
     for i in range(side):
@@ -300,7 +300,7 @@ def keep_inside(pictures: Pictures, x: int, y: int, place: Singles, side: int, w
 @compiled
 def _well_inside(pictures: Pictures, tables: Tables, cx: int, cy: int, p: Floats) -> bool:
     """Whether no pixel of the warped subset can leave the picture: its bounding box is inside."""
-    height, width = pictures.mask.shape
+    height, width = pictures.current.shape[0] - 2 * PAD, pictures.current.shape[1] - 2 * PAD
     terms, half = tables.terms, tables.side // 2
     if pictures.seen.size > 1:
         return False

@@ -1,11 +1,10 @@
-"""What a tracker remembers: pictures, references, and what is known of every point."""
+"""What a tracker remembers of every point."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.piv.interpolate import Planes
 from ploughval.piv.subsets import Floats
 
 
@@ -27,27 +26,6 @@ class FramePoints:
     status: NDArray[np.int8]
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A photograph: as it was read, its spline coefficients, 8 bit copy and sand, all (H, W)."""
-
-    image: NDArray[np.generic]
-    coefficients: NDArray[np.float32]
-    grey: NDArray[np.uint8]
-    sand: NDArray[np.uint8]
-
-
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """A picture that points are matched against, and where they stood in it (NaN: not known)."""
-
-    frame: int
-    picture: Picture
-    planes: Planes
-    position: Floats  # (N, 2) px
-    std: Floats  # (N,) px
-
-
 @dataclass(slots=True)
 class State:
     """What is known of N points after a frame."""
@@ -60,6 +38,8 @@ class State:
     first_zncc: Floats  # (N,) correlation when the reference was taken, NaN before the first frame
     failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
     window: NDArray[np.intp]  # (N,) number of the small window, WHOLE for a whole subset
+    worn: NDArray[np.intp]  # (N,) frames in a row in which its correlation was low for the reference
     past: list[Floats]  # positions (N, 2) after the last frames, NaN: failed
-    missed: int = 0  # frames skipped or failed since `grey` was seen
+    missed: int = 0  # frames skipped, or of no use, since `grey` was seen
+    unused: int = 0  # pictures of no use since then
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))
