@@ -25,7 +25,15 @@ _NEAR_PX = 3.0  # a true layer is found where a measured point lies this near
 
 def errors_of(folder: Path, results: Path) -> list[Row]:
     """Every figure of one processed folder against the truth beside it."""
-    scene, truth = load_scene(folder), load_truth(folder)
+    rows = geometry_errors(folder, results)
+    if (results / "force.csv").is_file():
+        rows += force_errors(results, load_truth(folder))
+    return rows
+
+
+def geometry_errors(folder: Path, results: Path) -> list[Row]:
+    """What the photographs gave: points, blade, surface, layers and bands, as far as there are results."""
+    scene, truth = load_scene(folder, files=False), load_truth(folder)
     scale = scene.camera.mm_per_px if scene.camera is not None else np.nan
     rows: list[Row] = []
     if (results / "tracks.nc").is_file():
@@ -37,8 +45,6 @@ def errors_of(folder: Path, results: Path) -> list[Row]:
         rows += layer_errors(results, truth, scale)
     if (results / "bands.csv").is_file():
         rows += band_errors(results, truth)
-    if (results / "force.csv").is_file():
-        rows += force_errors(results, truth)
     return rows
 
 

@@ -25,7 +25,7 @@ def confusion(folder: Path, results: Path) -> pd.DataFrame:
     DataFrame
         One row a fate of FATES, one column a status that occurs; counts of points in photographs.
     """
-    scene, truth = load_scene(folder), load_truth(folder)
+    scene, truth = load_scene(folder, files=False), load_truth(folder)
     scale = truth.options.mm_per_px
     tracked = Tracked.read(results, truth, scale)
     torn = torn_apart(tracked, truth.positions, scene.piv.subset_px / 4 * scale, _TORN_PX * scale)

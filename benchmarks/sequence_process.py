@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,15 +45,14 @@ class Processed:
 def process_afresh(folder: Path, *, workers: int = 2, results: Path | None = None) -> Processed:
     """Process a folder from the start, nothing kept from an earlier run."""
     results = folder / "results" if results is None else results
-    log = folder.parent / f"{folder.name}.log"
     command = [sys.executable, "-m", "ploughval.cli", "process", str(folder)]
     command += ["--fresh", "--workers", str(workers), "--out", str(results)]
     start = time.perf_counter()
-    with log.open("w", encoding="utf-8") as channel:
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as channel:
         child = subprocess.Popen(command, stdout=channel, stderr=subprocess.STDOUT)
         _, status, usage = os.wait4(child.pid, 0)
-    seconds = time.perf_counter() - start
-    child.returncode = os.waitstatus_to_exitcode(status)
-    text = log.read_text(encoding="utf-8")
-    log.unlink()
+        seconds = time.perf_counter() - start
+        child.returncode = os.waitstatus_to_exitcode(status)
+        channel.seek(0)
+        text = channel.read()
     return Processed(child.returncode, seconds, usage.ru_maxrss * _KIB / 1e9, text, results)
