@@ -45,7 +45,7 @@ def test_layers_at_rest_are_found_within_half_a_pixel(stage, direction, look):
         error = (points[:, 1] - height) / drawn.mm_per_px
         assert np.nanmedian(np.abs(error)) < 0.5  # the figure to reach
         assert np.nanpercentile(np.abs(error), 95) < 1.5  # the figure to reach is 2 px
-        assert np.nanmax(np.abs(error)) < 3.0  # a grain or two
+        assert np.nanmax(np.abs(error)) < 3.5  # px: a layer thinned to 0.3 of 10 px from one side
         assert np.isfinite(points[:, 0]).mean() > 0.9
         assert np.nanmin(points[:, 0]) < 3.0
         assert np.nanmax(points[:, 0]) > 85.0

@@ -1,7 +1,6 @@
 """The blade's face in each photograph: its body recognised, its face read at the half-level crossing."""
 
 from dataclasses import dataclass
-
 from typing import Any
 
 import cv2

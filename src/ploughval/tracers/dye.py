@@ -1,45 +1,91 @@
-"""Dyed layers found in the picture itself: likeliest ridge along the layer, half-level edges across it."""
+"""Dyed layers found in the picture: runs of dyed pixels, linked to chains, named by where they were."""
+
+from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
+from scipy.spatial import cKDTree
 
 from ploughval.scene import Tracers
 from ploughval.tracers.appearance import Appearance
+from ploughval.tracers.dye_kernel import MOST_RUNS, Ints, chains, dyed_runs, names
+from ploughval.tracers.dye_memory import Memory, Motion
 from ploughval.tracers.light import Lighting
 from ploughval.tracers.view import Floats, Image, Levels, Mask, View
 
-_STEP_PX = 2  # one point of a layer every so many columns
-_STIFFNESS = 0.05  # cost of a pixel of rise between two points
-_TEAR = 3.0  # cost of a jump, where a band has torn the layer
-_STRAY = 1.0  # cost of leaving the place expected from the frame before, by one thickness
-_MEDIAN = 7  # points of the running median along a layer
-_BRIDGE_PX = 60  # gaps up to twice this long keep the line through their ends as what is expected next
-_REACH_PX = 3  # rise between two points that is still no jump
+_SAMPLES = 4  # columns read in a length of one thickness
+_ALONG_PX = 3.0  # std of the smoothing along a layer, at least
+_THINNEST, _THICKEST = 0.3, 2.4  # of the thickness at rest
+_MOST_GAP = 2  # samples that a chain may leap
+_STEEPEST = 1.5
+_NOT_IT = 1.5  # thicknesses from where a layer is expected: what lies further off is not that layer
+_RENAME = 3.0  # price of a change of name along a chain, in thicknesses
+_OTHER_GREY = 0.5  # of the contrast between two dyes, that counts as much as one thickness
+_CARRIED = 0.4  # thickness from points that tracking has carried, that counts as much as one
+_SMOOTH, _LEAST_MEDIAN = 2.0, 7  # thicknesses, points: length of the running median along a layer
+_USUAL_WIDTH = 0.25  # a run that is wider or narrower than its neighbours by more holds a stray grain
+_LIKE = 1.6  # dyes whose contrasts with the sand differ by less are searched together
+_LEAST_CONTRAST = 0.08  # of the sand's grey
 _DEFAULT_THICKNESS_MM = 2.0
 _STD_FLOOR_PX = 0.1
+_STRIP = 1.5  # depths of a layer's thickness: the strip before the face in which the block's rise is read
+_LEAST_MATCH = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Dye:
+    """Grey of a dyed layer and of the sand beside it, at rest; NaN where they do not differ."""
+
+    dyed: float
+    plain: float
+
+    @property
+    def contrast(self) -> float:
+        """Dyed sand against plain sand, grey levels, with its sign."""
+        return self.dyed - self.plain
 
 
 class DyeFollower:
     """Follows the dyed layers of a test from photograph to photograph.
 
+    The dye may be darker or paler than the sand: the sign is read in the first photograph.
+
     Parameters
     ----------
     view : grid of the photographs
-    tracers : heights and look of the dyed layers
-    image : (h, w) float32, the first frame on the grid
-    sand : (h, w) bool, its sand
+    tracers : heights and thickness of the dyed layers
+    image : (h, w) uint8 or uint16, the first frame on the grid
+    look : what the sand looks like at rest
+    rest : (w,) rows of each layer in the first frame, by its height; None: level
     """
 
-    def __init__(self, view: View, tracers: Tracers, image: Levels, look: Appearance) -> None:
-        sand = _sand(image.shape, look.top, float(view.column(0.0)))
-        self._view = view
+    def __init__(
+        self,
+        view: View,
+        tracers: Tracers,
+        image: Levels,
+        look: Appearance,
+        rest: dict[float, Floats] | None = None,
+    ) -> None:
+        self._view, self._look = view, look
         self._thickness = (tracers.thickness_mm or _DEFAULT_THICKNESS_MM) / view.step_mm
-        self._sign = -1.0 if tracers.dye == "dark" else 1.0
-        self._columns = np.arange(0.0, view.shape[1], _STEP_PX)
-        self._rows = {h: np.full(len(self._columns), view.row(h)) for h in tracers.dyed_layers_mm}
-        self._levels = {h: self._learn(image, sand, h) for h in self._rows}
+        self._step = int(np.clip(round(self._thickness / _SAMPLES), 2, 8))
+        self._median = max(2 * round(_SMOOTH * self._thickness / self._step / 2) + 1, _LEAST_MEDIAN)
+        count = view.shape[1] // self._step
+        self._place: Floats = np.arange(0.0, count) * self._step + (self._step - 1) / 2
         self._face = float(view.column(0.0))
+        level = np.ones(view.shape[1])
+        rows = rest or {h: view.row(h) * level for h in tracers.dyed_layers_mm}
+        thin = {h: np.interp(self._place, np.arange(view.shape[1]), r) for h, r in rows.items()}
+        self._memory = {h: Memory(r, self._thickness, self._step) for h, r in thin.items()}
+        grey = self._reduced(image, Lighting(image.shape), (0, image.shape[0]))[0]
+        self._dyes = {h: self._learn(grey, thin, h) for h in rows}
+        self._groups = _groups(self._dyes)
+        self._strip: Floats | None = None
+        self.reasons: tuple[str, ...] = ()
 
     def follow(
         self,
@@ -47,189 +93,250 @@ class DyeFollower:
         lighting: Lighting,
         top: Floats,
         face: float,
+        *,
+        hidden: Floats | None = None,
         carried: dict[float, Floats] | None = None,
     ) -> dict[float, Floats]:
         """The dyed layers of the next frame.
 
         Parameters
         ----------
-        image : (h, w) float32
+        image : (h, w) uint8 or uint16
             Frame on the grid.
-        sand : (h, w) bool
-            Its sand.
+        lighting : Lighting
+            Its light against the first frame's.
+        top : (w,) float
+            Row of the free surface in each column.
         face : float
             Column of the blade's face.
+        hidden : (K, 2) float or None
+            First and last columns of stretches in which the sand is hidden.
+        carried : dict of layer height, mm -> (K, 2) float, or None
+            Columns and rows of tracked points of each layer in this frame.
 
         Returns
         -------
         dict of layer height, mm -> (K, 3) float: x, y, std, mm; rows of NaN at gaps
         """
-        sand = _sand(image.shape, top, face)
-        travel = face - self._face if np.isfinite(face) else 0.0
-        self._face = face if np.isfinite(face) else self._face
-        blur = max(self._thickness / 8, 0.7)
-        smooth = np.asarray(
-            cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigmaX=3.0, sigmaY=blur), np.float32
+        travel, self._face = face - self._face, face
+        window = self._window(Motion(travel, np.nan), top, carried)
+        grey, first = self._reduced(image, lighting, window)
+        upper = np.ceil(np.interp(self._place, np.arange(len(top)), top) - first + 1e-9).astype(np.int64)
+        upper[self._place < face + 2] = len(grey)
+        covered = _inside(self._place, hidden)
+        out = dict.fromkeys(self._dyes, np.full((1, 3), np.nan))
+        motion = Motion(travel, self._rise(grey, upper, first, travel))
+        for group in self._groups:
+            self._follow_group(group, grey, first, upper, motion, covered, carried, out)
+        return out
+
+    def _window(self, motion: Motion, top: Floats, carried: dict[float, Floats] | None) -> tuple[int, int]:
+        """Rows in which any layer may stand ahead of the face."""
+        ahead = self._place > self._face
+        if not ahead.any():
+            ahead[-1] = True
+        low, high = [], []
+        for height, memory in self._memory.items():
+            lowest, highest = (v[ahead] for v in memory.reach(motion))
+            rows = np.empty(0) if carried is None else carried.get(height, np.empty((0, 2)))[:, 1]
+            low.append(np.nanmin([*lowest, *rows]) if np.isfinite(lowest).any() else np.nan)
+            high.append(np.nanmax([*highest, *rows]) if np.isfinite(highest).any() else np.nan)
+        margin = 3 * self._thickness + 8
+        last = self._view.shape[0]
+        first = int(np.clip(np.nanmin([*low, last - 16.0]) - margin, 0, last - 16))
+        return max(first, int(np.clip(np.min(top) - margin, 0, last - 16))), int(
+            np.clip(np.nanmax([*high, 16.0]) + margin, first + 16, last)
         )
-        return {height: self._follow_one(height, smooth, sand, travel) for height in self._rows}
 
-    def _learn(self, image: Levels, sand: Mask, height: float) -> tuple[float, float]:
+    def _reduced(self, image: Levels, lighting: Lighting, rows: tuple[int, int]) -> tuple[Image, int]:
+        """Sampled columns of some rows, evened and smoothed, (rows, K) float32, and the first row."""
+        first, last = rows
+        count = len(self._place)
+        part: NDArray[Any] = np.ascontiguousarray(image[first:last, : count * self._step])
+        grey = np.asarray(
+            cv2.resize(part, (count, last - first), interpolation=cv2.INTER_AREA), dtype=np.float32
+        )
+        factor = 1 / self._look.light[: count * self._step].reshape(count, -1).mean(axis=1)
+        if not lighting.same:
+            factor *= lighting.columns(0, image.shape[1])[np.rint(self._place).astype(int)]
+            grey *= lighting.rows(first, last).astype(np.float32)[:, None]
+        grey *= factor.astype(np.float32)
+        along = max(_ALONG_PX, self._thickness / 5) / self._step
+        across = max(self._thickness / 8, 0.7)
+        return np.asarray(cv2.GaussianBlur(grey, (0, 0), sigmaX=along, sigmaY=across), np.float32), first
+
+    def _learn(self, grey: Image, rows: dict[float, Floats], height: float) -> Dye:
         """Grey of the dyed layer and of the sand beside it, in the first frame."""
-        row = np.arange(image.shape[0])[:, None]
-        off = np.abs(row - self._view.row(height))
+        row = np.arange(len(grey))[:, None]
         band = self._thickness
-        inside = sand & (off < 0.3 * band)
+        top = np.interp(self._place, np.arange(len(self._look.top)), self._look.top)
+        sand = (row > top + 2) & (self._place > self._face + 2)
+        off = np.abs(row - rows[height])
         beside = sand & (off > 0.5 * band + 2) & (off < 1.2 * band + 3)
-        for other in self._rows:
+        for other in rows:
             if other != height:
-                beside &= np.abs(row - self._view.row(other)) > 0.5 * band + 2
+                beside &= np.abs(row - rows[other]) > 0.5 * band + 2
+        inside = sand & (off < 0.3 * band)
         if not inside.any() or not beside.any():
-            return np.nan, np.nan
-        return float(np.median(image[inside])), float(np.median(image[beside]))
+            return Dye(np.nan, np.nan)
+        dye = Dye(float(np.median(grey[inside])), float(np.median(grey[beside])))
+        return dye if abs(dye.contrast) > _LEAST_CONTRAST * dye.plain else Dye(np.nan, np.nan)
 
-    def _follow_one(self, height: float, smooth: Image, sand: Mask, travel: float) -> Floats:
-        dyed, plain = self._levels[height]
-        if not (dyed - plain) * self._sign > 0:
-            return np.full((1, 3), np.nan)
-        low, high = self._expected(height, travel)
-        first = int(np.clip(low.min() - 3 * self._thickness, 0, len(smooth) - 8))
-        part = slice(first, max(int(high.max() + 3 * self._thickness), first + 8))
-        share = np.clip((smooth[part, ::_STEP_PX] - plain) / (dyed - plain), -0.5, 1.2)
-        share = np.where(sand[part, ::_STEP_PX], share, 0.0)
-        centre = _ridge(share, self._thickness, low - first, high - first)
-        row, found = _edges(share, centre, self._thickness)
-        row += first
-        found &= self._columns > self._face + 2
-        found = _without_scraps(row, found, round(1.5 * self._thickness / _STEP_PX) + 2)
-        row = _smoothed(row, found)
-        self._rows[height] = _filled(self._columns, row, found, self._rows[height])
-        return self._in_world(row, found)
+    def _rise(self, grey: Image, upper: Ints, first: int, travel: float) -> float:
+        """Rows that the sand before the face has risen since the last frame; NaN where that is not clear."""
+        near = (self._place > self._face + 3) & (self._place < self._face + 3 + 3 * self._thickness + 16)
+        strip = np.full(self._view.shape[0], np.nan)
+        if near.any():
+            start = max(int(np.max(upper[near])) + 2, 0)
+            strip[first + start : first + len(grey)] = grey[start:, near].mean(axis=1)
+        before, self._strip = self._strip, strip
+        if before is None or travel < 1:
+            return 0.0 if abs(travel) < 1 else np.nan
+        best, up = _LEAST_MATCH, np.nan
+        for shift in range(int(np.ceil(1.5 * travel)) + 4):
+            a, b = strip[: len(strip) - shift], before[shift:]
+            both = np.isfinite(a) & np.isfinite(b)
+            if both.sum() < 4 * self._thickness:
+                continue
+            a, b = a[both] - a[both].mean(), b[both] - b[both].mean()
+            match = float(a @ b) / max(float(np.sqrt((a @ a) * (b @ b))), 1e-9)
+            if match > best:
+                best, up = match, float(shift)
+        return up
 
-    def _expected(self, height: float, travel: float) -> tuple[Floats, Floats]:
-        """Rows between which a layer may stand: where it was, or moved on and up with the block."""
-        before = self._rows[height]
-        moved = np.interp(self._columns - travel, self._columns, before)
-        slack = 0.25 * self._thickness + 1
-        return np.minimum(before, moved - abs(travel)) - slack, np.maximum(before, moved) + slack
+    def _follow_group(
+        self,
+        group: tuple[float, ...],
+        grey: Image,
+        first: int,
+        upper: Ints,
+        motion: Motion,
+        covered: Mask,
+        carried: dict[float, Floats] | None,
+        out: dict[float, Floats],
+    ) -> None:
+        dyed = float(np.mean([self._dyes[h].dyed for h in group]))
+        plain = float(np.mean([self._dyes[h].plain for h in group]))
+        share = np.clip((grey - np.float32(plain)) / np.float32(dyed - plain), -0.5, 1.2)
+        runs = np.empty((len(self._place), MOST_RUNS, 3))
+        count = dyed_runs(share, upper, np.full(len(self._place), len(grey)), runs)
+        inside = np.arange(MOST_RUNS) < count[:, None]
+        column, (high, low, mean) = np.nonzero(inside)[0], runs[inside].T
+        middle, width = (high + low) / 2 + first, low - high
+        cost = np.column_stack(
+            [
+                self._cost(h, column, middle, plain + mean * (dyed - plain), motion, carried, len(group) > 1)
+                for h in group
+            ]
+        )
+        fit = (width > _THINNEST * self._thickness) & (width < _THICKEST * self._thickness)
+        fit &= cost.min(axis=1) < _NOT_IT
+        column, middle, width, cost = column[fit], middle[fit], width[fit], cost[fit]
+        limit = np.array([_STEEPEST * self._step + 1.0, 0.7 * self._thickness])
+        chain = chains(column, middle, width, limit, _MOST_GAP)
+        order = np.lexsort((column, chain))
+        column, cost, chain = column[order], cost[order], chain[order]
+        middle = _without_grains(middle[order], width[order], chain, 2 * self._median + 1)
+        cost = np.column_stack([cost, np.full(len(cost), _NOT_IT)])
+        name = names(cost, chain, _RENAME)
+        pieces = _pieces(chain, name, cost, round(_STEEPEST * self._thickness / self._step) + 2)
+        for index, height in enumerate(group):
+            own = _without_doubles([p for p in pieces if name[p[0]] == index], column, cost[:, index])
+            places = np.concatenate(own) if own else np.empty(0, np.int64)
+            places = places[np.argsort(column[places], kind="stable")]
+            self._memory[height].keep(column[places], middle[places], covered, motion)
+            out[height] = self._in_world([(column[p], middle[p]) for p in own])
 
-    def _in_world(self, row: Floats, found: Mask) -> Floats:
-        """Found stretches as (K, 3) x, y, std, mm, one row of NaN between two stretches."""
-        if not found.any():
-            return np.full((1, 3), np.nan)
-        std = _scatter(row, found)
-        points = np.column_stack([self._view.x_mm(self._columns), self._view.y_mm(row)])
-        line = np.column_stack([points, std * self._view.step_mm])
-        line[~found] = np.nan
-        torn = found[1:] & found[:-1] & _tears(row, found)
-        line = np.insert(line, np.flatnonzero(torn) + 1, np.nan, axis=0)
-        real = np.isfinite(line[:, 0])
-        kept = real | np.append(False, real[:-1])
-        line = line[kept]
-        return np.asarray(line[:-1] if np.isnan(line[-1, 0]) else line)
+    def _cost(
+        self,
+        height: float,
+        column: Ints,
+        row: Floats,
+        grey: Floats,
+        motion: Motion,
+        carried: dict[float, Floats] | None,
+        several: bool,
+    ) -> Floats:
+        """How unlikely runs belong to a layer, in thicknesses."""
+        cost = self._memory[height].distance(column.astype(float), row, motion)
+        points = np.empty((0, 2)) if carried is None else carried.get(height, np.empty((0, 2)))
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points):
+            places = np.column_stack([self._place[column], row])
+            apart = cKDTree(points).query(places)[0]
+            near = np.median(np.diff(np.sort(points[:, 0]))) * 3 + self._thickness
+            told = np.maximum(apart - 1.5, 0.0) / (_CARRIED * self._thickness)
+            beside = np.abs(self._place[column][:, None] - points[:, 0]).min(axis=1) < near
+            cost = np.where(beside, told, cost)
+        if several:
+            dye = self._dyes[height]
+            cost = cost + np.maximum(np.abs(grey - dye.dyed) / abs(_OTHER_GREY * dye.contrast) - 0.6, 0.0)
+        return cost
 
-
-def _sand(shape: tuple[int, int], top: Floats, face: float) -> Mask:
-    row, column = np.arange(shape[0])[:, None], np.arange(shape[1])
-    return np.asarray((row > top) & (column > face + 0.5))
-
-
-def _ridge(share: Floats, thickness: float, low: Floats, high: Floats) -> Floats:
-    """Row of the layer in each column: the likeliest path that may jump at a price.
-
-    Parameters
-    ----------
-    share : (h, K) float
-        How much of each pixel is dyed.
-    thickness : float
-        Of the layer, px.
-    low, high : (K,) float
-        Rows between which the layer is expected.
-    """
-    height = max(round(thickness), 1)
-    cost = -cv2.blur(share, (1, height), borderType=cv2.BORDER_REPLICATE)
-    row = np.arange(share.shape[0])[:, None]
-    cost = cost + _STRAY * np.maximum(np.maximum(low - row, row - high), 0.0) / thickness
-    price = _STIFFNESS * np.abs(np.arange(-_REACH_PX, _REACH_PX + 1))
-    total = np.empty((cost.shape[1], cost.shape[0]))
-    total[0] = cost[:, 0]
-    for k in range(1, len(total)):
-        padded = np.pad(total[k - 1], _REACH_PX, constant_values=np.inf)
-        around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _REACH_PX + 1)
-        total[k] = cost[:, k] + np.minimum((around + price).min(axis=1), total[k - 1].min() + _TEAR)
-    path = np.empty(len(total), dtype=int)
-    path[-1] = np.argmin(total[-1])
-    for k in range(len(total) - 2, -1, -1):
-        rise = np.abs(row[:, 0] - path[k + 1])
-        path[k] = np.argmin(total[k] + np.where(rise <= _REACH_PX, _STIFFNESS * rise, _TEAR))
-    return path.astype(float)
-
-
-def _edges(share: Floats, centre: Floats, thickness: float) -> tuple[Floats, Mask]:
-    """Middle between a layer's two half-level edges in each column, and where both are clear."""
-    reach = int(np.ceil(1.5 * thickness)) + 2
-    across = np.arange(-reach, reach + 1)
-    rows = centre.astype(int)[None, :] + across[:, None]
-    inside = (rows >= 0) & (rows < len(share))
-    profile = np.take_along_axis(share, np.clip(rows, 0, len(share) - 1), axis=0)
-    profile = np.where(inside, profile, 0.0)
-    near = np.where((np.abs(across) <= thickness / 2)[:, None], profile, -np.inf)
-    peak = np.argmax(near, axis=0)
-    dyed = profile > 0.5
-    index = np.arange(len(across))[:, None]
-    top = np.where(~dyed & (index < peak), index, -1).max(axis=0)
-    bottom = np.where(~dyed & (index > peak), index, len(across)).min(axis=0)
-    column = np.arange(share.shape[1])
-    clear = dyed[peak, column] & (top >= 0) & (bottom < len(across))
-    top, bottom = np.clip(top, 0, len(across) - 2), np.clip(bottom, 1, len(across) - 1)
-    up = top + _part(profile[top, column], profile[top + 1, column])
-    down = bottom - _part(profile[bottom, column], profile[bottom - 1, column])
-    width = down - up
-    clear &= (width > 0.4 * thickness) & (width < 2.0 * thickness)
-    return centre + (up + down) / 2 - reach, clear
-
-
-def _part(outside: Floats, inside: Floats) -> Floats:
-    """Where between two pixels the level passes one half, 0 at the outer one."""
-    rise = inside - outside
-    return np.clip((0.5 - outside) / np.where(rise == 0, 1.0, rise), 0.0, 1.0)
+    def _in_world(self, pieces: list[tuple[Ints, Floats]]) -> Floats:
+        """Pieces of a layer as (K, 3) x, y, std, mm, in order of their beginnings, NaN between them."""
+        rows: list[Floats] = []
+        gap = np.full((1, 3), np.nan)
+        for column, row in sorted(pieces, key=lambda piece: int(piece[0][0])):
+            smooth = median_filter(row, self._median, mode="nearest")
+            scatter = 1.4826 * float(np.median(np.abs(row - smooth)))
+            std = np.full(len(row), max(scatter, _STD_FLOOR_PX) * self._view.step_mm)
+            x, y = self._view.x_mm(self._place[column]), self._view.y_mm(smooth)
+            rows += [np.column_stack([x, y, std]), gap]
+        return np.concatenate(rows[:-1]) if rows else gap
 
 
-def _tears(row: Floats, found: Mask) -> Mask:
-    """Whether a layer is broken between each point and the next, (K - 1,) bool."""
-    step = np.abs(np.diff(np.where(found, row, 0.0)))
-    return np.asarray(~(found[1:] & found[:-1]) | (step > 2 * _REACH_PX))
+def _groups(dyes: dict[float, Dye]) -> list[tuple[float, ...]]:
+    """Layers whose dyes stand out alike from the sand."""
+    groups: list[list[float]] = []
+    for height in sorted(h for h in dyes if np.isfinite(dyes[h].dyed)):
+        for group in groups:
+            ratio = dyes[height].contrast / dyes[group[0]].contrast
+            if 1 / _LIKE < ratio < _LIKE:
+                group.append(height)
+                break
+        else:
+            groups.append([height])
+    return [tuple(g) for g in groups]
 
 
-def _without_scraps(row: Floats, found: Mask, least: int) -> Mask:
-    """Found points without stretches of fewer than ``least`` of them: dark spots, not a layer."""
-    stretch = np.concatenate([[0], np.cumsum(_tears(row, found))])
-    count = np.bincount(stretch, weights=found)
-    return np.asarray(found & (count[stretch] >= least))
+def _inside(place: Floats, stretches: Floats | None) -> Mask:
+    """Which places lie in any of the stretches (K, 2)."""
+    inside = np.zeros(len(place), bool)
+    for first, last in () if stretches is None else stretches:
+        inside |= (place >= first) & (place <= last)
+    return inside
 
 
-def _smoothed(row: Floats, found: Mask) -> Floats:
-    """Running median along each stretch of a layer: single grains do not count."""
-    row = row.copy()
-    stretch = np.concatenate([[0], np.cumsum(_tears(row, found))])
-    for number in np.unique(stretch[found]):
-        part = found & (stretch == number)
-        row[part] = median_filter(row[part], _MEDIAN, mode="nearest")
-    return row
+def _pieces(chain: Ints, name: Ints, cost: Floats, least: int) -> list[Ints]:
+    """Indices of successive runs of one chain and one name, of at least so many; without nameless ones."""
+    if len(chain) == 0:
+        return []
+    cuts = np.flatnonzero((np.diff(chain) != 0) | (np.diff(name) != 0)) + 1
+    parts = np.split(np.arange(len(chain)), cuts)
+    return [p for p in parts if len(p) >= least and name[p[0]] < cost.shape[1] - 1]
 
 
-def _filled(column: Floats, row: Floats, found: Mask, before: Floats) -> Floats:
-    """Rows of a layer with its short gaps bridged; the frame before where nothing was found near."""
-    if not found.any():
-        return before
-    bridged = np.interp(column, column[found], row[found])
-    distance = np.abs(column[:, None] - column[found][None, :]).min(axis=1) if found.sum() < len(found) else 0
-    return np.asarray(np.where(np.asarray(distance) > _BRIDGE_PX, before, bridged))
+def _without_grains(middle: Floats, width: Floats, chain: Ints, size: int) -> Floats:
+    """Middles of runs; where a run is not as wide as its neighbours, those on the line between them."""
+    middle = middle.copy()
+    for part in np.split(np.arange(len(chain)), np.flatnonzero(np.diff(chain)) + 1):
+        usual = median_filter(width[part], size, mode="nearest")
+        plain = np.abs(width[part] - usual) < _USUAL_WIDTH * usual
+        if plain.any():
+            middle[part] = np.interp(part, part[plain], middle[part[plain]])
+    return middle
 
 
-def _scatter(row: Floats, found: Mask) -> Floats:
-    """Std of a layer's rows from their scatter about their neighbours, px."""
-    bend = np.full(len(row), np.nan)
-    whole = found[2:] & found[1:-1] & found[:-2]
-    bend[1:-1][whole] = (row[1:-1] - (row[2:] + row[:-2]) / 2)[whole]
-    typical = np.nanmedian(np.abs(bend)) * 1.4826 / np.sqrt(1.5) if whole.any() else 1.0
-    return np.full(len(row), max(float(typical), _STD_FLOOR_PX))
+def _without_doubles(pieces: list[Ints], column: Ints, cost: Floats) -> list[Ints]:
+    """Pieces of one layer; of two above each other the worse one only where it fits well too."""
+    pieces = sorted(pieces, key=lambda p: float(cost[p].mean()))
+    kept: list[Ints] = []
+    taken: set[int] = set()
+    for piece in pieces:
+        covered = np.mean([k in taken for k in column[piece].tolist()])
+        if covered > 0.3 and float(cost[piece].mean()) > 0.4:
+            continue
+        kept.append(piece)
+        taken.update(column[piece].tolist())
+    return kept

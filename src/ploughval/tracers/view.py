@@ -105,7 +105,7 @@ class View:
         return slice(y0, y1), slice(x1 - 1, x0 - 1 if x0 else None, -1) if flip else slice(x0, x1)
 
     def cut(self, image: Levels) -> Levels:
-        """The photograph on the grid, (h, w), in its own grey levels; a window of it where none is resampled."""
+        """The photograph on the grid, (h, w), in its own grey levels; its own pixels where it can be."""
         if self._slices is not None:
             return image[self._slices]
         assert self._maps is not None

@@ -123,7 +123,14 @@ class Watcher:
         parts = self._regions(surface, face)
         dyed: dict[float, Floats] = {}
         if self._dye is not None:
-            dyed = self._dye.follow(cut, lighting, surface.top, face, self._on_grid(carried, whole))
+            dyed = self._dye.follow(
+                cut,
+                lighting,
+                surface.top,
+                face,
+                hidden=surface.hidden,
+                carried=self._on_grid(carried, whole),
+            )
         whole_regions = moved_back(
             self._view.uncut(parts, Region.OUTSIDE), (-whole[0], -whole[1]), Region.OUTSIDE
         )
