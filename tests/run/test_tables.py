@@ -29,7 +29,9 @@ def record():
         point_std_px=np.array([[0.0, 0.0], [0.02, np.nan]]),
         zncc=np.array([[1.0, 1.0], [0.98, 0.2]]),
         status=np.array([[0, 0], [0, Status.LOW_CORRELATION]], np.int8),
+        camera=np.zeros((2, 3)),
         lost_frames={},
+        notes={1: ["layer 10 mm: not found"]},
     )
 
 
@@ -78,3 +80,4 @@ def test_the_record_survives_the_store_unchanged():
     for name in ("blade", "surface", "dyed", "position_px", "status", "zncc"):
         assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
     assert again.lost_frames == {}
+    assert again.notes == first.notes

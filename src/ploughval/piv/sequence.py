@@ -15,6 +15,7 @@ from ploughval.piv.interpolate import SlopeFilter
 from ploughval.piv.precision import Noise, judge_noise, predict_std, with_correlation
 from ploughval.piv.refine import mismatch_px, noise_level, suspects
 from ploughval.piv.state import FramePoints, State
+from ploughval.piv.steady import CameraMovement
 from ploughval.piv.subsets import Fit, Floats, displacement_of
 from ploughval.piv.validate import judge_correlation, outliers
 from ploughval.piv.windows import (
@@ -116,7 +117,12 @@ class Tracker:
         nothing = np.full(len(status), np.nan)
         return FramePoints(np.full((len(status), 2), np.nan), nothing, nothing.copy(), status)
 
-    def advance(self, image: NDArray[np.generic], sand: NDArray[np.bool_]) -> FramePoints:
+    def advance(
+        self,
+        image: NDArray[np.generic],
+        sand: NDArray[np.bool_],
+        camera: CameraMovement | None = None,
+    ) -> FramePoints:
         """Find the points in the next picture.
 
         Parameters
@@ -125,10 +131,13 @@ class Tracker:
             The photograph.
         sand : (H, W) bool
             Its sand.
+        camera : CameraMovement, optional
+            How the camera has moved since the first picture, where it is known to have moved.
 
         Returns
         -------
         FramePoints
+            Places as the camera stood in the first picture.
         """
         state = self._started()
         extent = next(iter(self._held.values())).picture.image.shape
@@ -136,6 +145,8 @@ class Tracker:
         if image.shape != extent:
             raise CorrelationError(f"the picture is {image.shape}; expected {extent} as in the first frame")
         self._frame += 1
+        if camera is not None and np.isfinite(camera.shift_px[0]):
+            state.camera, state.camera_std = camera.shift_px, camera.std_px if camera.shift_px.any() else 0.0
         current = Current(Picture.taken(image, sand), self._recipe.spline)
         count = len(state.position)
         fit = replace(Fit.empty(count, self._recipe.terms, Status.LOST), params=state.params.copy())
@@ -151,7 +162,7 @@ class Tracker:
         bad = fit.status != Status.OK
         position[bad], std[bad] = np.nan, np.nan
         zncc = np.where(np.isin(np.arange(count), alive), fit.zncc, np.nan)
-        return FramePoints(position, std, zncc, fit.status)
+        return FramePoints(position - state.camera, np.hypot(std, state.camera_std), zncc, fit.status)
 
     def _started(self) -> State:
         if self._state is None:
@@ -168,7 +179,7 @@ class Tracker:
     def _expected(self) -> Floats:
         """Motion (N, 2) px since the last picture of use if points go on as before; zero where unknown."""
         state = self._started()
-        return np.nan_to_num(state.motion) * (1 + state.missed)
+        return np.nan_to_num(state.motion) * (1 + state.missed) + state.camera - state.camera_before
 
     def _measure(self, fit: Fit, current: Current, alive: Index) -> None:
         """Match every living point from its last motion, then from its neighbours', then from dense flow."""
@@ -380,7 +391,9 @@ class Tracker:
             state.missed, state.unused = state.missed + 1, state.unused + 1
             return
         presumed = np.nan_to_num(self._neighbour_motion(fit, bad))
-        state.motion[ok] = (position[ok] - state.position[ok]) / (1 + state.missed)
+        by_camera = state.camera - state.camera_before
+        state.motion[ok] = (position[ok] - state.position[ok] - by_camera) / (1 + state.missed)
+        state.camera_before = state.camera
         state.position[ok] = state.last[ok] = position[ok]
         seen = np.full_like(position, np.nan)
         seen[ok] = position[ok]

@@ -42,4 +42,7 @@ class State:
     past: list[Floats]  # positions (N, 2) after the last frames, NaN: failed
     missed: int = 0  # frames skipped, or of no use, since `grey` was seen
     unused: int = 0  # pictures of no use since then
+    camera: Floats = field(default_factory=lambda: np.zeros(2))  # (2,) px, moved since the first picture
+    camera_before: Floats = field(default_factory=lambda: np.zeros(2))  # the same in the last one of use
+    camera_std: float = 0.0  # px
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))

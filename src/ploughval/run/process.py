@@ -186,6 +186,7 @@ class _Run:
             self._lose(Step.BLADE, f"{what}; check tip_px, direction, mm_per_px and the blade's size")
         else:
             found.warnings += [f"frame {f}: the blade's face was not found in the photograph" for f in unseen]
+        found.warnings += [f"frame {f}: {text}" for f, texts in window.notes.items() for text in texts]
 
     def _window_key(self) -> str:
         """Key of all that the walk through the photographs depends on."""

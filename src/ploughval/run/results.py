@@ -230,7 +230,9 @@ def _ledger(found: Findings) -> list[dict[str, Any]]:
         given_up = "" if found.window is not None else "the photographs were given up"
         reason = found.lost_frames.get(frame, given_up)
         row = {"frame": frame, "file": path.name, "time_s": found.frames.time_s[frame], "u_mm": u_mm[frame]}
-        rows.append({**row, "status": "lost" if reason else "ok", "reason": reason})
+        told = found.window
+        notes = [] if told is None else [*told.notes.get(frame, []), *told.unseen.get(frame, [])]
+        rows.append({**row, "status": "lost" if reason else "ok", "reason": reason, "notes": notes})
     return rows
 
 

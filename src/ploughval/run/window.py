@@ -1,21 +1,31 @@
-"""The one walk through the photographs: blade, sand, surface, dyed layers and tracked points."""
+"""The one walk through the photographs: camera, blade, sand, surface, dyed layers and tracked points."""
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.axes import Status
+from ploughval.axes import Region, Status
 from ploughval.errors import DataError
 from ploughval.photos import Calibration, FrameSeries
-from ploughval.piv import FramePoints, Tracker
+from ploughval.piv import CameraMovement, CameraWatch, FramePoints, Tracker
+from ploughval.run.frame_notes import FrameNotes
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
 
 Floats = NDArray[np.float64]
+Grey = NDArray[np.uint8] | NDArray[np.uint16]
 Progress = Callable[[str, int, int], None]
+
+STILL_DEPTHS = 0.05
+"""Sand this far below the tip's level is taken to stay where it is, in depths of the blade."""
+COARSE_PX = 8
+"""Height above the tip is computed for every so many pixels of a picture."""
+AHEAD = 1
+"""Frames that are read and looked at while another is tracked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,23 +37,29 @@ class WindowRecord:
     dyed: Floats  # (K, 5) frame, layer, x, y, std, mm; NaN x at gaps
     points_px: Floats  # (N, 2) points in frame 0
     layer_mm: Floats  # (N,) initial height of the layer that a point belongs to, NaN for the grid
-    position_px: Floats  # (F, N, 2)
+    position_px: Floats  # (F, N, 2), as the camera stood in frame 0
     point_std_px: Floats  # (F, N)
     zncc: Floats  # (F, N)
     status: NDArray[np.int8]  # (F, N)
+    camera: Floats  # (F, 3) movement of the camera since frame 0: x, y, px, and its std; NaN: not told
     lost_frames: dict[int, str]  # frame -> reason
+    notes: dict[int, list[str]] = field(default_factory=dict)  # frame -> what is wrong with the picture
+    unseen: dict[int, list[str]] = field(default_factory=dict)  # frame -> what it could not show, and why
 
     def to_arrays(self) -> dict[str, NDArray[np.generic]]:
         """The record as named arrays for the store; texts as JSON in an array of characters."""
-        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "lost_frames"}
-        return {**arrays, "lost_frames": np.array(json.dumps(self.lost_frames))}
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in _TEXTS}
+        return {**arrays, **{name: np.array(json.dumps(getattr(self, name))) for name in _TEXTS}}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, NDArray[np.generic]]) -> "WindowRecord":
         """The record from :meth:`to_arrays`; KeyError when an array is missing."""
-        lost = {int(k): str(v) for k, v in json.loads(str(arrays["lost_frames"])).items()}
-        values = {f.name: arrays[f.name] for f in fields(cls) if f.name != "lost_frames"}
-        return cls(lost_frames=lost, **values)  # type: ignore[arg-type]
+        texts = {name: {int(k): v for k, v in json.loads(str(arrays[name])).items()} for name in _TEXTS}
+        values = {f.name: arrays[f.name] for f in fields(cls) if f.name not in _TEXTS}
+        return cls(**texts, **values)  # type: ignore[arg-type]
+
+
+_TEXTS = ("lost_frames", "notes", "unseen")
 
 
 def watch(
@@ -65,7 +81,8 @@ def watch(
     calibration : Calibration
         Pixels to millimetres.
     workers : int
-        Threads of the correlation; the numbers do not depend on it.
+        Threads; with more than one the next photograph is read and looked at while one is tracked. The
+        numbers do not depend on it.
     progress : callable or None
         Called with (stage, done, total) after each frame.
 
@@ -79,54 +96,123 @@ def watch(
     DataError
         When no photograph can be read at all, or the first one cannot.
     """
-    walk = _Walk(scene, calibration, len(frames), workers)
-    for frame in range(len(frames)):
-        try:
-            image = frames.read(frame)
-        except DataError as error:
-            if frame == 0:
-                raise
-            walk.lose(frame, str(error))
-        else:
-            walk.take(frame, image)
+    walk = _Walk(scene, calibration, frames, workers)
+    looks = _Looks(scene, calibration, frames)
+    for look in looks.ahead() if workers > 1 else looks.one_by_one():
+        walk.take(look)
         if progress is not None:
-            progress("photographs", frame + 1, len(frames))
+            progress("photographs", look.frame + 1, len(frames))
     return walk.record()
 
 
-class _Walk:
-    """State of the walk: watcher, tracker and the lists that grow frame by frame."""
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """One photograph looked at; without picture where it could not be read."""
 
-    def __init__(self, scene: Scene, calibration: Calibration, count: int, workers: int) -> None:
-        self._scene, self._calibration = scene, calibration
+    frame: int
+    image: Grey | None
+    camera: CameraMovement | None = None
+    sight: Sight | None = None
+    fault: str = ""
+    doubled: bool = False  # the same picture as the frame before
+
+
+class _Looks:
+    """Reads the photographs in their order and looks at each: camera, blade, sand, surface, dyed layers."""
+
+    def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries) -> None:
+        self._scene, self._calibration, self._frames = scene, calibration, frames
         self._watcher = Watcher(scene, calibration)
+        self._camera: CameraWatch | None = None
+        self._last_shift = np.zeros(2)
+        self._last_image: Grey | None = None
+
+    def one_by_one(self) -> Iterator[_Look]:
+        """Each frame when it is asked for."""
+        return (self._look(frame) for frame in range(len(self._frames)))
+
+    def ahead(self) -> Iterator[_Look]:
+        """The frames that follow are looked at in the background, in their order."""
+        with ThreadPoolExecutor(1) as pool:
+            waiting: list[Future[_Look]] = []
+            for frame in range(len(self._frames)):
+                waiting.append(pool.submit(self._look, frame))
+                if len(waiting) > AHEAD:
+                    yield waiting.pop(0).result()
+            for future in waiting:
+                yield future.result()
+
+    def _look(self, frame: int) -> _Look:
+        try:
+            image = self._frames.read(frame)
+        except DataError as error:
+            if frame == 0:
+                raise
+            return _Look(frame, None, fault=str(error))
+        if self._camera is None:
+            sight = self._watcher.see(frame, image)
+            self._camera = CameraWatch(image, self._still(sight))
+            movement = None
+        else:
+            movement = self._camera.see(image)
+            if np.isfinite(movement.shift_px[0]):
+                self._last_shift = movement.shift_px
+            across, down = self._last_shift.tolist()
+            sight = self._watcher.see(frame, image, (across, down))
+        doubled = self._last_image is not None and np.array_equal(image, self._last_image)
+        self._last_image = image
+        return _Look(frame, image, movement, sight, doubled=doubled)
+
+    def _still(self, sight: Sight) -> NDArray[np.bool_]:
+        """Sand (H, W) in the first photograph that is below what the blade can move."""
+        height, width = sight.regions.shape
+        rows, columns = np.mgrid[0:height:COARSE_PX, 0:width:COARSE_PX]
+        y_mm = self._calibration.to_mm(np.stack([columns, rows], axis=-1).astype(float))[..., 1]
+        low = y_mm < -STILL_DEPTHS * self._scene.blade.depth_mm
+        fine = low.repeat(COARSE_PX, axis=0).repeat(COARSE_PX, axis=1)[:height, :width]
+        return np.asarray(fine & (sight.regions == Region.SAND))
+
+
+class _Walk:
+    """State of the walk: tracker and the lists that grow frame by frame."""
+
+    def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries, workers: int) -> None:
+        self._scene, self._calibration = scene, calibration
         self._tracker = Tracker(scene.piv, workers) if Step.TRACKS in scene.steps else None
         self._points = PointSet(px=np.empty((0, 2)), layer_mm=np.empty(0))
-        self._blade = np.full((count, 2), np.nan)
+        self._blade = np.full((len(frames), 2), np.nan)
+        self._camera = np.full((len(frames), 3), np.nan)
+        self._notes = FrameNotes(calibration.mm_per_px, frames.shape)
         self._surface: list[Floats] = []
         self._dyed: list[Floats] = []
         self._seen: list[FramePoints] = []
         self._lost: dict[int, str] = {}
+        self._unseen: dict[int, list[str]] = {}
 
-    def take(self, frame: int, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
-        sight = self._watcher.see(frame, image)
-        self._note(frame, sight)
+    def take(self, look: _Look) -> None:
+        """Take in a photograph that was looked at."""
+        if look.image is None or look.sight is None:
+            self._lost[look.frame] = look.fault
+            if self._tracker is not None:
+                self._seen.append(self._tracker.skip())
+            return
+        camera = look.camera or CameraMovement(np.zeros(2), 0.0, 0.0, 1.0)
+        self._camera[look.frame] = *camera.shift_px, camera.std_px
+        self._notes.add(look.frame, look.sight, camera, doubled=look.doubled)
+        self._note(look.frame, look.sight)
         if self._tracker is None:
             return
-        if frame == 0:
-            self._points = place_points(sight.sand, self._calibration, self._scene)
-            self._tracker.start(image, self._points.px, sight.sand)
+        if look.frame == 0:
+            self._points = place_points(look.sight.sand, self._calibration, self._scene)
+            self._tracker.start(look.image, self._points.px, look.sight.sand)
             self._seen.append(_at_rest(self._points.px))
         else:
-            self._seen.append(self._tracker.advance(image, sight.sand))
-
-    def lose(self, frame: int, reason: str) -> None:
-        self._lost[frame] = reason
-        if self._tracker is not None:
-            self._seen.append(self._tracker.skip())
+            self._seen.append(self._tracker.advance(look.image, look.sight.sand, camera))
 
     def _note(self, frame: int, sight: Sight) -> None:
         self._blade[frame] = sight.blade_x_mm, sight.blade_std_mm
+        if sight.reasons:
+            self._unseen[frame] = list(sight.reasons)
         line = np.column_stack([sight.surface_mm, sight.surface_std_mm])
         self._surface.append(np.column_stack([np.full(len(line), float(frame)), line]))
         for layer, rows in sight.dyed.items():
@@ -134,23 +220,26 @@ class _Walk:
             self._dyed.append(np.column_stack([head, rows]))
 
     def record(self) -> WindowRecord:
-        count, points = len(self._blade), len(self._points.px)
-        tracked = bool(self._seen)
+        """Everything that was taken in."""
+        shape = (len(self._seen), len(self._points.px)) if self._seen else (len(self._blade), 0)
+        position, std, zncc, status = (
+            np.stack([getattr(s, name) for s in self._seen]) if self._seen else np.empty((*shape, *more))
+            for name, more in (("position_px", (2,)), ("std_px", ()), ("zncc", ()), ("status", ()))
+        )
         return WindowRecord(
             blade=self._blade,
             surface=_stack(self._surface, 4),
             dyed=_stack(self._dyed, 5),
             points_px=self._points.px,
             layer_mm=self._points.layer_mm,
-            position_px=np.stack([s.position_px for s in self._seen])
-            if tracked
-            else np.empty((count, points, 2)),
-            point_std_px=np.stack([s.std_px for s in self._seen]) if tracked else np.empty((count, points)),
-            zncc=np.stack([s.zncc for s in self._seen]) if tracked else np.empty((count, points)),
-            status=np.stack([s.status for s in self._seen]).astype(np.int8)
-            if tracked
-            else np.empty((count, points), np.int8),
+            position_px=position,
+            point_std_px=std,
+            zncc=zncc,
+            status=status.astype(np.int8),
+            camera=self._camera,
             lost_frames=self._lost,
+            notes=self._notes.texts(),
+            unseen=self._unseen,
         )
 
 

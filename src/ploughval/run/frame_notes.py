@@ -1,0 +1,81 @@
+"""What is wrong with single photographs: camera knocked, picture poor, doubled or out of order."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ploughval.piv import CameraMovement
+from ploughval.tracers import Sight
+
+KNOCK_PX = 0.3
+"""A camera that moves by more than this from one frame to the next was knocked."""
+TURN_PX = 0.3
+"""A turn that moves the picture's corners by more than this is said."""
+POOR = 0.75
+"""Still sand that correlates by less than this share of what is usual in the series makes a picture poor."""
+BACK_PX = 1.0
+"""A blade that goes back by more than this says that frames are out of order."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    frame: int
+    zncc: float
+
+
+class FrameNotes:
+    """Gathers notes frame by frame, in order of time.
+
+    Parameters
+    ----------
+    mm_per_px : float
+        Scale of the photographs.
+    shape : (H, W), px
+    """
+
+    def __init__(self, mm_per_px: float, shape: tuple[int, int]) -> None:
+        self._mm_per_px, self._reach_px = mm_per_px, math.hypot(*shape) / 2
+        self._notes: dict[int, list[str]] = {}
+        self._still: list[_Seen] = []
+        self._shift = np.zeros(2)
+        self._blade_mm = -np.inf
+
+    def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> None:
+        """Take in what one photograph shows."""
+        notes = ["the same picture as the frame before"] if doubled else []
+        notes += self._camera_moved(camera)
+        self._still.append(_Seen(frame, camera.zncc))
+        back = self._blade_mm - sight.blade_x_mm
+        if back > BACK_PX * self._mm_per_px:
+            notes.append(f"the blade stands {back:.2g} mm behind an earlier frame: are the times in order?")
+        if np.isfinite(sight.blade_x_mm):
+            self._blade_mm = max(self._blade_mm, sight.blade_x_mm)
+        if notes:
+            self._notes[frame] = notes
+
+    def _camera_moved(self, camera: CameraMovement) -> list[str]:
+        if not np.isfinite(camera.shift_px[0]):
+            return []
+        notes, step = [], camera.shift_px - self._shift
+        if np.hypot(*step) > KNOCK_PX:
+            notes.append(f"the camera moved by ({step[0]:+.2f}, {step[1]:+.2f}) px: taken off all places")
+        self._shift = camera.shift_px
+        moves_px = abs(math.radians(camera.turn_deg)) * self._reach_px
+        if moves_px > TURN_PX:
+            notes.append(
+                f"the camera is turned by {camera.turn_deg:+.3f} degrees against the first frame, "
+                f"{moves_px:.1f} px in the corners: not taken off"
+            )
+        return notes
+
+    def texts(self) -> dict[int, list[str]]:
+        """Notes of each frame that has some; poor pictures are told from the whole series."""
+        notes = {frame: list(texts) for frame, texts in self._notes.items()}
+        known = [seen for seen in self._still if np.isfinite(seen.zncc)]
+        usual = float(np.median([seen.zncc for seen in known])) if known else np.nan
+        for seen in known:
+            if seen.zncc < POOR * usual:
+                text = f"still sand correlates with frame 0 at {seen.zncc:.2f} where {usual:.2f} is usual: "
+                notes.setdefault(seen.frame, []).append(text + "out of focus, over-exposed or covered?")
+        return dict(sorted(notes.items()))
