@@ -57,6 +57,10 @@ def change_all(folder: Path, by: Callable[[Picture], Picture]) -> None:
         change(path, by)
 
 
+def untouched(folder: Path, frame: int, rng: np.random.Generator) -> None:
+    """Nothing is spoiled."""
+
+
 def missing(folder: Path, frame: int, rng: np.random.Generator) -> None:
     """The camera did not store one photograph; its time is still listed."""
     photos_of(folder)[frame].unlink()
@@ -223,7 +227,7 @@ def _retime(folder: Path, by: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
 
 
 SPOILS = (
-    Spoil("untouched", lambda folder, frame, rng: None, all_frames=True),
+    Spoil("untouched", untouched, all_frames=True),
     Spoil("a photograph missing, its time listed", missing),
     Spoil("a photograph never taken", gap),
     Spoil("a file cut in half", truncated),

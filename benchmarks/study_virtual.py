@@ -63,8 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             *band_rows(found, true),
             Row("whole command", done.seconds, "s"),
         ]
-        pairs = side_by_interval(pd.read_csv(found / "increments.csv"), true)
-        draw_bands(true, pd.read_csv(found / "increments.csv"), options.out / "virtual-bands")
+        increments = with_place(pd.read_csv(found / "increments.csv"), true)
+        pairs = side_by_interval(increments, true)
+        draw_bands(true, increments, options.out / "virtual-bands")
         draw_overlays(folder, found, options.out / "virtual-overlays.png")
     table = side_by_side({"material points": rows})
     print(table.to_string(float_format=lambda v: f"{v:.4g}"))
@@ -73,16 +74,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     pairs.to_csv(options.out / "virtual-increments.csv", float_format="%.5g", index=False)
 
 
-def true_bands(folder: Path, start_mm: float = 55.0) -> pd.DataFrame:
-    """The run's own band between successive frames: u0_mm, u1_mm, outcrop_x_mm (world), beta_deg."""
+def true_bands(folder: Path) -> pd.DataFrame:
+    """The run's own band between successive frames: u0_mm, u1_mm, beta_deg and ahead_mm.
+
+    ahead_mm is how far ahead of the blade the band crosses the height at which the run's own reading of its
+    particles took it, in columns of 2 mm; beta_deg is the inclination of the line from the tip to there.
+    """
     table = pd.read_csv(next(folder.glob("*_bands.csv")))
     return pd.DataFrame(
         {
             "u0_mm": 1e3 * table["u0_m"],
             "u1_mm": 1e3 * table["u1_m"],
-            "outcrop_x_mm": 1e3 * table["outcrop_in_box_m"] - start_mm,
+            "ahead_mm": 1e3 * table["outcrop_ahead_of_blade_m"],
             "beta_deg": table["inclination_deg"],
         }
+    )
+
+
+def with_place(increments: pd.DataFrame, true: pd.DataFrame) -> pd.DataFrame:
+    """Increments with ahead_mm, where the found line crosses the height of the run's reading, and its std."""
+    height_mm = float((true["ahead_mm"] * np.tan(np.radians(true["beta_deg"]))).median())
+    beta, std = np.radians(increments["beta_deg"]), np.radians(increments["beta_std_deg"])
+    return increments.assign(
+        ahead_mm=height_mm / np.tan(beta), ahead_std_mm=height_mm / np.sin(beta) ** 2 * std
     )
 
 
@@ -173,7 +187,7 @@ def blade_rows(results: Path, run: VirtualRun) -> list[Row]:
 def band_rows(results: Path, true: pd.DataFrame) -> list[Row]:
     """Bands and the switch against the run's two; differences of each interval of the run."""
     bands = pd.read_csv(results / "bands.csv")
-    pairs = side_by_interval(pd.read_csv(results / "increments.csv"), true)
+    pairs = side_by_interval(with_place(pd.read_csv(results / "increments.csv"), true), true)
     starts = bands["u_start_mm"].to_numpy()
     nearest = float(starts[np.abs(starts - SWITCH_MM).argmin()]) if len(starts) else float("nan")
     return [
@@ -181,7 +195,7 @@ def band_rows(results: Path, true: pd.DataFrame) -> list[Row]:
         Row("bands found", float(len(bands)), "1"),
         Row("switch, true", SWITCH_MM, "mm"),
         Row("band start nearest to it", nearest, "mm"),
-        Row("outcrop against the run's, median |difference|", _difference(pairs, "outcrop_x_mm"), "mm"),
+        Row("place against the run's, median |difference|", _difference(pairs, "ahead_mm"), "mm"),
         Row("inclination against the run's, median |difference|", _difference(pairs, "beta_deg"), "degree"),
     ]
 
@@ -195,7 +209,7 @@ def side_by_interval(increments: pd.DataFrame, true: pd.DataFrame) -> pd.DataFra
         rows.append(
             {
                 **{name: getattr(interval, name) for name in true.columns},
-                "outcrop_x_mm found": inside["outcrop_x_mm"].median(),
+                "ahead_mm found": inside["ahead_mm"].median(),
                 "beta_deg found": inside["beta_deg"].median(),
                 "increments": len(inside),
             }

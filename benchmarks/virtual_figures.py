@@ -16,14 +16,14 @@ _EXTENT_MM = (-12.0, 125.0, -14.0, 68.0)
 
 
 def draw_bands(true: pd.DataFrame, found: pd.DataFrame, stem: Path) -> None:
-    """Outcrop and inclination over the blade's travel: the run's own, and those found in its photographs."""
+    """Place and inclination over the blade's travel: the run's own, and those found in its photographs."""
     with style():
         figure = Figure(figsize=(8.6, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
         middle = found["u_mm"] + found["du_mm"] / 2
         seen = found["band"] >= 0
         for ax, value, std, title in (
-            (left, "outcrop_x_mm", "outcrop_std_mm", "outcrop from the blade's first face, mm"),
+            (left, "ahead_mm", "ahead_std_mm", "band at 0.8 depths above the tip: ahead of the blade, mm"),
             (right, "beta_deg", "beta_std_deg", "inclination, degrees"),
         ):
             stairs = true[value].to_numpy()
@@ -40,6 +40,7 @@ def draw_bands(true: pd.DataFrame, found: pd.DataFrame, stem: Path) -> None:
                 label="found in photographs, two std",
             )
             ax.axvline(25.5, color=VERMILION, linewidth=0.8, linestyle=":")
+            ax.set_ylim(0.5 * stairs.min(), 1.2 * stairs.max())
             ax.set_title(title)
             ax.set_xlabel("u, mm")
         left.legend(frameon=False, fontsize=7)
