@@ -135,7 +135,8 @@ def told(run: Processed) -> tuple[str, ...]:
         for f in record["frames"]
         if f["status"] != "ok"
     ]
-    return tuple(dict.fromkeys([*record["faults"], *record["warnings"], *frames]))
+    notes = [f"frame {f['frame']}: {note}" for f in record["frames"] for note in f.get("notes", ())]
+    return tuple(dict.fromkeys([*record["faults"], *record["warnings"], *frames, *notes]))
 
 
 def elsewhere(folder: Path, run: Processed, touched: set[str]) -> tuple[float, float]:
