@@ -98,8 +98,8 @@ def test_reference_is_renewed_where_sand_decorrelates_and_the_std_grows(sand):
         found = tracker.advance(sand.picture(moved), all_sand(sand))
         spread.append(np.median(found.std_px[found.status == Status.OK]))
     assert np.mean(found.status == Status.OK) > 0.95
-    assert len(tracker._held) <= 3
-    assert max(tracker._held) > 0
+    assert len(tracker.reference_frames) <= 3
+    assert max(tracker.reference_frames) > 0
     error = (found.position_px - points - [12.0, 0.0])[found.status == Status.OK]
     # The contrast is in the 60 dyed grains of a subset: their mean wanders by 0.35 sqrt(8 / 60) = 0.13 px.
     assert np.sqrt(np.mean(error**2)) < 0.2

@@ -17,7 +17,7 @@ Index = NDArray[np.intp]
 
 SIDES = (2 / 3, 0.42)
 """Sides of the windows over that of a whole subset; all are tried in this order."""
-MARGIN_PX = 2
+MARGIN_PX = 4
 """A window reaches so far beyond its point: nearer to a band the motion is not known."""
 LIMIT_PX = 1.0
 """A window stays within this distance of a motion that its neighbours have."""
