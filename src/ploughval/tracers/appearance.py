@@ -101,8 +101,7 @@ class Appearance:
         self._rest = np.zeros((int(self._known.max()), view.shape[1]), np.uint8)
         self.tables = self._learn(image, skin_px)
         self.unknown_air = _UNKNOWN_AIR / _LEVELS
-        looks = np.exp(self.tables.sand.astype(float)) > 2 * _UNKNOWN_SAND / _LEVELS
-        self.sand_range = float(looks.sum()) / self._scale
+        self.unknown_sand = _UNKNOWN_SAND / _LEVELS
 
     @property
     def known_rows(self) -> NDArray[np.int64]:

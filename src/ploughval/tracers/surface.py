@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
 from ploughval.tracers.appearance import Appearance, Band
 from ploughval.tracers.light import Lighting
+from ploughval.tracers.straight import straightened
 from ploughval.tracers.surface_kernel import Ints, border_costs, likeliest_path, profiles, surroundings
 from ploughval.tracers.view import Floats, Image, Levels, Mask
 
@@ -17,16 +17,17 @@ _HALF_WIDTH_PX = 4  # columns averaged for one profile across the surface
 _NEAR_PX, _FAR_PX = 3, 9  # where the levels of air and sand are read, above and below
 _STEEPEST = 1.5  # slope of the surface that is still followed
 _SKIN_PX = 4  # the uppermost sand, which must look like the uppermost sand at rest
-_SMOOTH = 17  # points in the line that a surface point is read from
-_STD_FLOOR_PX = 0.05
+_LEAST_POINTS = 17
+_GRAIN_PX = 0.1  # by which half a level differs from where the sand ends: the same along a whole stretch
 
 _RISE, _FALL = 1.4, 1.0  # of the blade's travel, by which the surface may rise or fall between photographs
 _SLACK_SHARE, _SLACK_PX = 0.04, 8.0  # ... and of the depth, in any case
 _WINDOW = (8, 4, 20)  # half width, nearest and farthest row of what is read above and below a point, px
-_FLAT = 0.4  # of the sand's usual standard deviation: smoother is no sand
-_STRANGE_GREY = 0.35  # of the range of the sand's greys at rest, beyond it
-_NO_AIR = 4.0  # times the density of a pixel that looks like nothing known
+_FLAT = 0.35  # of the sand's own texture: smoother is no sand
+_ROUGHER = 1.5  # times the texture of air: sand that is not cannot be told by it
+_STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
+_BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
 _LEAST_SEEN = 0.05  # of the points: fewer are no surface
 
 
@@ -45,6 +46,25 @@ class SurfaceTrace:
     top: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class Usual:
+    """Texture of the sand below the surface at rest, least and usual, and of the air above it."""
+
+    least: float
+    texture: float
+    noise: float
+
+    def flat(self, texture: float) -> float:
+        """Texture of what is too smooth for sand, in a picture whose usual texture is given.
+
+        Out of focus it is less everywhere. 0 where sand at rest has no more of it than air.
+        """
+        sharp = min(texture / self.texture, 1.0) if self.texture > 0 else 0.0
+        if sharp * self.least < _ROUGHER * self.noise:
+            return 0.0
+        return float(np.hypot(self.noise, _FLAT * np.sqrt((sharp * self.least) ** 2 - self.noise**2)))
+
+
 class SurfaceFinder:
     """Finds the free surface, frame after frame, near where it stood and as far as the blade can move it.
 
@@ -60,7 +80,7 @@ class SurfaceFinder:
         self._top = appearance.top.astype(float).copy()
         self._missed = np.zeros(len(self._top))
         self._tables = _tables(appearance)
-        self._usual: tuple[float, float, float] | None = None
+        self._usual: Usual | None = None
 
     def find(self, image: Levels, lighting: Lighting, face: float, travel: float) -> SurfaceTrace:
         """The free surface ahead of the face, to a part of a pixel.
@@ -79,7 +99,7 @@ class SurfaceFinder:
         width = image.shape[1]
         first = max(int(np.ceil(face)) + 2, 0)
         count = (width - first) // STEP_PX
-        if count < _SMOOTH:
+        if count < _LEAST_POINTS:
             none = np.empty(0)
             return SurfaceTrace(none, none, none, np.array([[first, width - 1.0]]), self._top)
         start, rows = self._strips(first, count, travel)
@@ -127,18 +147,16 @@ class SurfaceFinder:
         known = self._look.known_rows - band.first_row
         around = surroundings((band.grey, band.level, band.change), known, self._tables, column, row, _WINDOW)
         around = median_filter(around, (_AGREE, 1), mode="nearest")
-        mean, std, air = around.T
+        sand, texture, air, noise = around.T
         if self._usual is None:
-            low, high = np.nanpercentile(mean, [1, 99])
-            spread = _STRANGE_GREY * float(self._look.sand_range)
-            self._usual = (low - spread, high + spread, float(np.nanmedian(std)))
-        low, high, usual = self._usual
-        usual = min(usual, float(np.nanmedian(std))) if np.isfinite(std).any() else usual
-        sand = ~((mean < low) | (mean > high) | (std < _FLAT * usual))
-        clear = ~(air < _NO_AIR * self._look.unknown_air)
+            least, usual = (float(np.nanpercentile(texture, q)) for q in (5, 50))
+            self._usual = Usual(least, usual, float(np.nanmedian(noise)))
+        flat = self._usual.flat(float(np.nanmedian(texture)) if np.isfinite(texture).any() else np.inf)
+        below = ~((sand < _STRANGE * self._look.unknown_sand) | (texture < flat))
+        above = ~(air < _STRANGE * self._look.unknown_air)
         pressed = (place <= 1) | (place >= rows - 1)
         pressed = median_filter(pressed, _AGREE, mode="nearest")
-        return np.asarray(sand & clear & ~pressed)
+        return np.asarray(below & above & ~pressed)
 
     def _remember(self, column: Floats, row: Floats, seen: Mask) -> None:
         """Keep the surface where it was seen; elsewhere keep what was known, and look wider next time."""
@@ -165,20 +183,24 @@ def _stretches(column: Floats, hidden: Mask) -> Floats:
 
 
 def _refine(grey: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
-    """Rows where the grey passes half-way between air and sand, smoothed along the surface, and their std."""
+    """Rows where the grey passes half-way between air and sand, read from straight pieces; their std."""
     crossing = row
     for _ in range(2):
-        smooth = _line_fit(median_filter(crossing, 5, mode="nearest"))[0]
+        smooth = straightened(median_filter(crossing, 5, mode="nearest"))[0]
         found = _half_level(grey, column, smooth)
         lost = ~np.isfinite(found)
-        crossing = np.where(lost, row, smooth + np.nan_to_num(found))
-    value, scatter = _line_fit(crossing)
+        if lost.all():
+            return row, np.full(len(row), _BLIND_STD_PX)
+        # where there is no contrast the likeliest border stands in, moved as it is beside the gap
+        off = (smooth + found - row)[~lost]
+        crossing = row + np.interp(column, column[~lost], off)
+    value, _, scatter = straightened(crossing)
     lonely = np.abs(crossing - value) > 3 * np.maximum(scatter, 0.3)
-    value, scatter = _line_fit(np.where(lonely, value, crossing))
-    # Grains and the averaging along the surface leave about three independent values in a window:
-    # its mean is then about as uncertain as its scatter, and the scatter itself badly known.
-    std = np.maximum(np.maximum(scatter, np.median(scatter)), _STD_FLOOR_PX)
-    return value, np.where(lost, np.maximum(std, 1.0), std)
+    value, std, _ = straightened(np.where(lonely, value, crossing))
+    std = np.hypot(std, _GRAIN_PX)
+    blind = minimum_filter1d(median_filter(lost.astype(np.uint8), _AGREE, mode="nearest"), _BLIND)
+    blind = maximum_filter1d(blind, _BLIND) > 0
+    return value, np.maximum(std, np.where(blind, _BLIND_STD_PX, np.where(lost, 1.0, 0.0)))
 
 
 def _half_level(grey: Image, column: Floats, row: Floats) -> Floats:
@@ -198,25 +220,3 @@ def _half_level(grey: Image, column: Floats, row: Floats) -> Floats:
     index = np.arange(len(at))
     good = (distance[index, best] <= _NEAR_PX + 2) & (np.abs(contrast) > noise)
     return np.where(good, at[index, best], np.nan)
-
-
-def _line_fit(value: Floats) -> tuple[Floats, Floats]:
-    """Straight line through each point's neighbours: value at the point, and scatter about it.
-
-    Of three windows, about the point and to either side of it, the one with the least scatter counts
-    (Nagao and Matsuyama 1979): a kink, where a band comes out, is not rounded off.
-    """
-    half = _SMOOTH // 2
-    window = sliding_window_view(np.pad(value, _SMOOTH - 1, mode="reflect", reflect_type="odd"), _SMOOTH)
-    place = np.arange(_SMOOTH) - half
-    mean = window.mean(axis=1)
-    slope = window @ place / np.sum(place**2)
-    residual = window - mean[:, None] - slope[:, None] * place
-    scatter = np.sqrt(np.sum(residual**2, axis=1) / (_SMOOTH - 2))
-    count = len(value)
-    shifts = np.array([0, -half, half])
-    index = np.arange(count) + half + shifts[:, None]
-    at = mean[index] - slope[index] * shifts[:, None]
-    preferred = scatter[index] * np.array([1.0, 1.5, 1.5])[:, None]
-    best = np.argmin(preferred, axis=0)
-    return at[best, np.arange(count)], scatter[index][best, np.arange(count)]

@@ -137,36 +137,38 @@ def surroundings(
     row: Floats,
     size: tuple[int, int, int],
 ) -> Floats:
-    """What lies just above and below each point: (points, 3) float64.
+    """What lies just above and below each point: (points, 4) float64.
 
-    Mean and standard deviation of the grey below, and mean density of the pixels above as air;
-    over windows of half width ``size[0]``, from ``size[1]`` to ``size[2]`` rows away. NaN outside the band.
+    Mean density of the pixels below as sand, texture there, mean density of the pixels above as air,
+    texture there; over windows of half width ``size[0]``, from ``size[1]`` to ``size[2]`` rows away.
+    Texture: rms difference of pixels two columns apart, by the root of two. NaN outside the band.
     """
     grey, level, change = band
     half, near, far = size
     same = tables[3:].ravel()
     height, width = grey.shape
-    out = np.full((len(column), 3), np.nan)
+    out = np.full((len(column), 4), np.nan)
     for k in range(len(column)):
-        left, right = max(int(column[k]) - half, 0), min(int(column[k]) + half + 1, width)
+        left, right = max(int(column[k]) - half, 0), min(int(column[k]) + half + 1, width - 2)
         middle = int(np.rint(row[k]))
-        total = square = count = 0.0
-        for r in range(max(middle + near, 0), min(middle + far, height)):
-            for c in range(left, right):
-                total += grey[r, c]
-                square += grey[r, c] * grey[r, c]
-                count += 1
-        if count > 0:
-            out[k, 0] = total / count
-            out[k, 1] = np.sqrt(max(square / count - (total / count) ** 2, 0.0))
-        total = count = 0.0
-        for r in range(max(middle - far, 0), min(middle - near, height)):
-            for c in range(left, right):
-                density = tables[0, level[r, c]]
-                if r < known[c]:
-                    density += same[change[r, c]]
-                total += density
-                count += 1
-        if count > 0:
-            out[k, 2] = total / count
+        for side in range(2):
+            if side == 0:
+                first, last = middle + near, min(middle + far, height)
+            else:
+                first, last = max(middle - far, 0), middle - near
+            total = square = density = 0.0
+            for r in range(max(first, 0), min(last, height)):
+                for c in range(left, right):
+                    if side == 0:
+                        total += np.exp(tables[2, level[r, c]])
+                    square += (grey[r, c + 2] - grey[r, c]) ** 2
+                    if side == 1:
+                        density += tables[0, level[r, c]]
+                        if r < known[c]:
+                            density += same[change[r, c]]
+            count = max(min(last, height) - max(first, 0), 0) * max(right - left, 0)
+            if count > 0 and side == 0:
+                out[k, 0], out[k, 1] = total / count, np.sqrt(square / count / 2)
+            elif count > 0:
+                out[k, 2], out[k, 3] = density / count, np.sqrt(square / count / 2)
     return out
