@@ -19,6 +19,7 @@ from ploughval.photos.decode import decode
 from ploughval.piv import FramePoints, Tracker
 from ploughval.scene import Piv
 from real_figures import draw_tracks, draw_wall
+from real_wedge import dyed_line
 from sequence_process import process_afresh
 from sequence_rows import Row, rms
 
@@ -38,7 +39,7 @@ WEDGE = {
     (130, 95): ((-2, -8), (-4, -12)),
 }  # whole-pixel matches over 10 and 15 frames
 TBAR_PX = ((300, 2700), (3700, 2700), (1900, 2300), (600, 1500), (2900, 1300), (600, 300))  # far field
-TBAR_DISC = (1923, 1456, 260)  # centre and radius, px, that no subset may touch
+TBAR_DISC = (1920, 1480, 450)  # centre and radius, px: the black disc with the soil that clings to it
 TBAR_STEP_PX = 1.98
 
 
@@ -177,6 +178,7 @@ def wedge(data: Path, out: Path | None) -> list[Row]:
         ]
     if out is not None:
         draw_tracks(pictures, points, seen, out / "wedge.png", zoom=4)
+    rows += dyed_line(data / "sandbox_wedge_crop", out)
     return [*rows, *_ended(np.array([s.status for s in seen]))]
 
 
@@ -204,7 +206,8 @@ def tbar(data: Path, out: Path | None) -> list[Row]:
             "px",
         ),
         Row("far field, largest |u|", float(np.nanmax(np.abs(far[..., 0]))), "px"),
-        Row("second differences, rms", rms(second[np.isfinite(second)]), "px"),
+        Row("second differences of tracks, median |d|", float(np.nanmedian(np.abs(second))), "px"),
+        Row("second differences of tracks, rms", rms(second[np.isfinite(second)]), "px"),
         Row("points", float(len(points)), "1"),
         *_ended(np.array([s.status for s in seen])),
     ]
