@@ -15,11 +15,15 @@ from ploughval.tracers.view import Floats, Levels, View
 _BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, their scatter gives the std
 _MARGIN_PX = 2.0  # the face's blur, kept out of the body
 _SIDE_PX = 6  # columns read on either side of the face
+_TRIES_PX = (0.0, -2.0, 2.0, -4.0, 4.0)
 _REACH_PX = 2.5  # the face stands no further from where the body's match puts it
 _LEAST_CONTRAST = 4.0  # of the face against the noise of a block's mean
 _STD_FLOOR_PX = 0.02
-_ALIKE = 0.5  # of the contrast: a block nearer to the body at rest than this shows the body
+_ALIKE = 0.3  # of the contrast: a block nearer to the body at rest than this shows the body
 _LEAST_ALIKE = 0.5  # of the share of such blocks in earlier frames: with fewer something hides the blade
+_LEAST_ALIKE_FAR = 0.8  # ... where the face stands far from where it was expected
+_EQUAL, _EQUAL_PX = 0.03, 3  # of the contrast: matches as good as the best one; px: one match is no wider
+_FAR_STEPS, _FAR_PX = 1.0, 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +42,11 @@ class BladeFinder:
     view : grid of the photographs
     blade : settings of the blade
     image : (h, w) uint8 or uint16, the first frame on the grid: the face stands at x = 0
+    light : (w,) float, how bright each column is at rest, relative to the others; None: alike
     """
 
-    def __init__(self, view: View, blade: Blade, image: Levels) -> None:
+    def __init__(self, view: View, blade: Blade, image: Levels, light: Floats | None = None) -> None:
+        self._light = np.ones(image.shape[1]) if light is None else light
         self._rows = max(int(view.row(0.0)) - 2, 4)
         self._rest = float(view.column(0.0))
         thickness = blade.thickness_mm / view.step_mm
@@ -51,11 +57,12 @@ class BladeFinder:
         profile = self._profile(image, None, 0, image.shape[1])
         self._template = profile[:, self._body]
         self._level = np.median(self._template, axis=1)
-        self._cap = float(np.median(np.abs(profile - self._level[:, None])))
+        middle, high = np.percentile(np.abs(profile - self._level[:, None]), [50, 90])
+        self._cap = float(max(middle, high / 2))
         self._alike = 1.0
         seen = self._read_face(profile, self._rest)
         self._offset = seen.column - self._rest if np.isfinite(seen.column) else 0.0
-        self._last, self._step, self._missed = self._rest, np.nan, 0
+        self._before, self._last, self._step, self._missed = self._rest, self._rest, np.nan, 0
 
     @property
     def first_offset_px(self) -> float:
@@ -79,13 +86,15 @@ class BladeFinder:
         profile = self._profile(image, lighting, left, min(stop + 2 * width + 2 * _SIDE_PX, image.shape[1]))
         place, alike = self._recognise(profile, first - left, stop - left)
         seen = self._read_face(profile, place + self._offset)
-        if not np.isfinite(seen.column) or alike < _LEAST_ALIKE * self._alike:
+        column = seen.column + left - self._offset
+        expected = abs(column - self.predicted) < _FAR_STEPS * abs(self._step) + _FAR_PX
+        least = _LEAST_ALIKE if expected or np.isnan(self._step) else _LEAST_ALIKE_FAR
+        if not np.isfinite(column) or alike < least * self._alike:
             self._missed += 1
             return BladeSight(np.nan, np.nan)
         self._alike += 0.25 * (alike - self._alike)
-        column = seen.column + left - self._offset
         self._step = (column - self._last) / (1 + self._missed)
-        self._last, self._missed = column, 0
+        self._before, self._last, self._missed = self._last, column, 0
         return BladeSight(column, seen.std_px)
 
     def _profile(self, image: Levels, lighting: Lighting | None, left: int, right: int) -> Floats:
@@ -98,18 +107,22 @@ class BladeFinder:
         for k, (start, end) in enumerate(zip(starts, ends, strict=True)):
             block: NDArray[Any] = np.ascontiguousarray(image[start:end, left:right])
             means[k] = cv2.reduce(block, 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[0] / (end - start)
+        means /= self._light[left:right]
         if lighting is not None and not lighting.same:
             means *= lighting.columns(left, right)
             means *= lighting.rows(0, self._rows)[(starts + ends) // 2][:, None]
         return means
 
     def _reach(self, width: int) -> tuple[int, int]:
-        """First columns at which the body may begin: from a little behind its last place."""
+        """First columns at which the body may begin: from a little behind its last place but one.
+
+        Had the last place been wrong, the next picture puts it right.
+        """
         body = self._body.stop - self._body.start
-        first = self._body.start + round(self._last - self._rest) - 2
+        first = self._body.start + round(min(self._last, self._before) - self._rest) - 2
         stop = width - body - 2
         if np.isfinite(self._step):
-            reach = round(self.predicted - self._last + 3 * abs(self._step))
+            reach = round(self.predicted - min(self._last, self._before) + 3 * abs(self._step))
             stop = min(stop, first + max(reach, 0) + 4 * body + 12)
         return min(max(first, 0), max(stop - 1, 0)), stop
 
@@ -118,17 +131,22 @@ class BladeFinder:
         width = self._template.shape[1]
         windows = sliding_window_view(profile[:, first : stop + width - 1], width, axis=1)
         unlike = np.minimum(np.abs(windows - self._template[:, None, :]), self._cap).mean(axis=2)
-        best = int(np.argmin(unlike.mean(axis=0)))
+        score = unlike.mean(axis=0) / max(self._cap, 1e-9)
+        best = int(np.argmin(score))
+        # a blade as grey as what is behind it is matched by that too: of equals the foremost, before the sand
+        foremost = int(np.flatnonzero(score <= score[best] + _EQUAL)[-1])
+        if foremost - best > _EQUAL_PX:
+            best = foremost
         alike = float(np.mean(unlike[:, best] < _ALIKE * self._cap))
         return float(self._rest + first + best - self._body.start), alike
 
     def _read_face(self, profile: Floats, column: float) -> BladeSight:
         """Half-level crossing near a column, block by block; their robust weighted mean."""
-        for _ in range(2):
-            seen = _crossings(profile, column, self._body.stop - self._body.start)
-            if not np.isfinite(seen.column):
-                return seen
-            column = seen.column
+        body = self._body.stop - self._body.start
+        for off in _TRIES_PX:
+            seen = _crossings(profile, column + off, body)
+            if np.isfinite(seen.column):
+                return _crossings(profile, seen.column, body)
         return seen
 
 

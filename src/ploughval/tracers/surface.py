@@ -27,6 +27,7 @@ _FLAT = 0.35  # of the sand's own texture: smoother is no sand
 _ROUGHER = 1.5  # times the texture of air: sand that is not cannot be told by it
 _STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
+_RIM, _SCRAP = 14, 12  # points beside a hidden stretch, and in a row between two, that are not believed
 _BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
 _LEAST_SEEN = 0.05  # of the points: fewer are no surface
 
@@ -156,7 +157,7 @@ class SurfaceFinder:
         above = ~(air < _STRANGE * self._look.unknown_air)
         pressed = (place <= 1) | (place >= rows - 1)
         pressed = median_filter(pressed, _AGREE, mode="nearest")
-        return np.asarray(below & above & ~pressed)
+        return _without_scraps(below & above & ~pressed)
 
     def _remember(self, column: Floats, row: Floats, seen: Mask) -> None:
         """Keep the surface where it was seen; elsewhere keep what was known, and look wider next time."""
@@ -174,6 +175,19 @@ def _tables(appearance: Appearance) -> Image:
     """The tables of an appearance in one array, as the kernels take them."""
     t = appearance.tables
     return np.concatenate([np.stack([t.air, t.skin, t.sand]), t.same.reshape(-1, len(t.air))])
+
+
+def _without_scraps(seen: Mask) -> Mask:
+    """Seen points without those at the rims of hidden stretches, and without short stretches between two.
+
+    The border leaves the surface before the window below it is wholly covered.
+    """
+    rimmed = np.asarray(minimum_filter1d(seen.astype(np.uint8), 2 * _RIM + 1, mode="nearest") > 0)
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], rimmed, [False]]).astype(int)))
+    for first, last in zip(edge[::2], edge[1::2], strict=True):
+        if last - first < _SCRAP and not (first == 0 and last == len(seen)):
+            rimmed[first:last] = False
+    return rimmed
 
 
 def _stretches(column: Floats, hidden: Mask) -> Floats:

@@ -144,14 +144,14 @@ class Watcher:
         view = View((height, width), self._calibration, scene.camera.view_px if scene.camera else None)
         cut = view.cut(image)
         self._light = LightMeter(cut)
-        self._blade = BladeFinder(view, scene.blade, cut)
+        look = Appearance(view, scene, cut)
+        self._blade = BladeFinder(view, scene.blade, cut, look.light)
         if abs(self._blade.first_offset_px) > _FACE_WARNING_PX:
             log.warning(
                 "the blade's face stands %.1f px from camera.tip_px in the first photograph; expected %g",
                 self._blade.first_offset_px,
                 _FACE_WARNING_PX,
             )
-        look = Appearance(view, scene, cut)
         self._surface = SurfaceFinder(look, scene.blade.depth_mm / view.step_mm)
         self._face = float(view.column(0.0))
         self._view = view
