@@ -27,6 +27,7 @@ from ploughval.tracers import find_bands, layers_from_tracks
 Value = TypeVar("Value")
 LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
 DOUBT_PX, DOUBT_SHARE = 2.0, 0.02  # blade against log: beyond pixels and a share of the travel it is said
+DOUBT_SCALE, DOUBT_STDS = 0.005, 4.0  # so is a travel that differs by this share and by so many std
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,6 +223,12 @@ class _Run:
             found.warnings.append(
                 f"the blade in the photographs and the log's displacement differ by {apart:.3g} mm rms: "
                 "check clock_offset_s, mm_per_px and direction"
+            )
+        scale, std = found.displacement.scale, found.displacement.scale_std
+        if abs(scale - 1) > max(DOUBT_SCALE, DOUBT_STDS * std):
+            found.warnings.append(
+                f"the blade travels {100 * (scale - 1):+.2f} % (std {100 * std:.2f} %) in the photographs "
+                "against the log: check mm_per_px and the displacement sensor"
             )
 
     def _geometry(self, window: WindowRecord) -> None:

@@ -253,6 +253,8 @@ def _clock_record(found: Findings) -> dict[str, Any] | None:
         "offset_s": d.clock_offset_s,
         "offset_std_s": d.clock_offset_std_s,
         "blade_minus_log_rms_mm": d.difference_rms_mm,
+        "blade_over_log": d.scale,
+        "blade_over_log_std": d.scale_std,
     }
 
 
