@@ -118,6 +118,12 @@ INCREMENT_COLUMNS = (
     "outcrop_std_mm",
     "slip_mm",
     "band",
+    "velocity_x",
+    "velocity_x_std",
+    "velocity_y",
+    "velocity_y_std",
+    "mechanism",
+    "evidence",
 )
 BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
 BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")

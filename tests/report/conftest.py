@@ -195,6 +195,10 @@ def _write_small_tables(folder, frame_u, rng):
         {**columns, "beta_std_deg": 0.5, "outcrop_x_mm": outcrop + rng.normal(0, 0.8, u.size)}
     )
     increments["outcrop_std_mm"], increments["slip_mm"], increments["band"] = 0.8, 5.1, band + 1
+    increments["velocity_x"], increments["velocity_x_std"] = 1.0, 0.01
+    increments["velocity_y"] = np.tan(np.radians(increments["beta_deg"]))
+    increments["velocity_y_std"], increments["mechanism"] = 0.01, "one_band"
+    increments["evidence"] = -5.0
     increments.to_csv(folder / "increments.csv", index=False)
     pd.DataFrame(
         {

@@ -287,7 +287,7 @@ def _table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
     return table
 
 
-_WORDS = {"status", "source", "kind", "unit"}
+_WORDS = {"status", "source", "kind", "unit", "mechanism"}
 
 
 def _tracks(path: Path) -> xr.Dataset | None:

@@ -1,4 +1,4 @@
-"""Bands as intervals of activity: one outcrop follows the other when it jumps ahead."""
+"""Bands as intervals of activity: an outcrop that jumps ahead starts one (theory-bands.md, section 6)."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,13 @@ import pandas as pd
 from ploughval.tracers.view import Floats
 
 _JUMP = 0.12  # of the outcrop's distance from the tip: the least jump of a new band
+_LONE_JUMP = 0.25  # the same where a single increment says so, at the end of the series
 _JUMP_STDS = 4.0
+_STEP = 0.4  # of a jump: what the outcrop steps at least where it happens
+_SIDE = 4  # increments to either side of a jump that are looked at
+_LEVEL = 3  # of them: those whose median is its level
 _CREEP = 0.2  # of the blade's travel: an outcrop that moves ahead by less, or back, is taken to stay
-_MEMORY = 6  # increments from which the next outcrop is foreseen
+_BEGINNING = 6  # increments that tell where a creeping band began
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,13 +34,14 @@ class Episode:
 def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float) -> list[Episode]:
     """Divide the increments into bands.
 
-    The outcrop of a band stays in the sand, or creeps on steadily; a new band begins where it
-    jumps ahead of what the increments before foresee and the next increment agrees.
+    The outcrop of a band stays in the sand, or creeps on steadily; a new band begins where it jumps ahead of
+    what the increments before and after foresee together.
 
     Parameters
     ----------
     table : DataFrame
-        u_mm, du_mm, beta_deg, outcrop_x_mm, outcrop_std_mm, outcrop_y_mm, slip_mm of each increment.
+        u_mm, du_mm, beta_deg, outcrop_x_mm, outcrop_std_mm, outcrop_shared_mm, outcrop_y_mm, slip_mm of each
+        increment.
     least_slip_mm : float or None
         Bands with less slip are dropped; None: 1 % of the depth.
     depth_mm : float
@@ -45,18 +50,42 @@ def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float)
     known = table[np.isfinite(table["outcrop_x_mm"])]
     if len(known) == 0:
         return []
+    starts = [0, *_jumps(known)]
+    parts = [known.index[a:b] for a, b in zip(starts, [*starts[1:], len(known)], strict=True)]
+    least = 0.01 * depth_mm if least_slip_mm is None else least_slip_mm
+    parts = [p for p in _with_switches(known, parts) if known.loc[p, "slip_mm"].sum() >= least]
+    parts = _joined(known, parts)
+    return [_episode(known.loc[p], shared=number > 0) for number, p in enumerate(parts)]
+
+
+def _jumps(known: pd.DataFrame) -> list[int]:
+    """Increments with which a new band begins."""
     x, std = known["outcrop_x_mm"].to_numpy(), known["outcrop_std_mm"].to_numpy()
     u = (known["u_mm"] + known["du_mm"] / 2).to_numpy()
-    starts = [0]
-    for k in range(1, len(x)):
-        if _jumps(x, std, u, starts[-1], k):
-            starts.append(k)
-    least = 0.01 * depth_mm if least_slip_mm is None else least_slip_mm
-    parts = [known.index[a:b] for a, b in zip(starts, [*starts[1:], len(x)], strict=True)]
-    parts = _joined(
-        known, [p for p in _with_switches(known, parts) if known.loc[p, "slip_mm"].sum() >= least]
-    )
-    return [_episode(known.loc[p], shared=number > 0) for number, p in enumerate(parts)]
+    return [k for k in range(1, len(x)) if _jumps_at(x, std, u, k)]
+
+
+def _jumps_at(x: Floats, std: Floats, u: Floats, k: int) -> bool:
+    """Whether the outcrop jumps ahead between increments k - 1 and k, Eq. (15)."""
+    creep = _creep(x, u, k)
+    ahead = x - creep * u
+    before, after = ahead[max(k - _LEVEL, 0) : k], ahead[k : k + _LEVEL]
+    jump = float(np.median(after) - np.median(before))
+    doubt = float(np.hypot(np.median(std[max(k - _LEVEL, 0) : k]), np.median(std[k : k + _LEVEL])))
+    part = _LONE_JUMP if len(after) == 1 else _JUMP
+    if jump < max(part * (x[k - 1] - u[k - 1]), _JUMP_STDS * doubt):
+        return False
+    return bool(ahead[k] - ahead[k - 1] > _STEP * jump)
+
+
+def _creep(x: Floats, u: Floats, k: int) -> float:
+    """Speed of the outcrop about increment k for the blade's travel: median over both sides, 0 at least."""
+    steps = [
+        np.diff(x[side]) / np.diff(u[side])
+        for side in (slice(max(k - _SIDE, 0), k), slice(k, k + _SIDE))
+        if len(x[side]) > 1
+    ]
+    return max(float(np.median(np.concatenate(steps))), 0.0) if steps else 0.0
 
 
 def _with_switches(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
@@ -79,40 +108,16 @@ def _with_switches(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]
     return kept
 
 
-def _jumps(x: Floats, std: Floats, u: Floats, start: int, k: int) -> bool:
-    """Whether a new band begins with increment k, in a band that began with increment start."""
-    foreseen, doubt = _foresee(x, u, start, k)
-    least = _JUMP * max(x[k - 1] - u[k - 1], 0.0)
-
-    def ahead(j: int) -> bool:
-        return bool(x[j] - foreseen > max(least, _JUMP_STDS * np.hypot(doubt, std[j])))
-
-    return ahead(k) and (k + 1 >= len(x) or ahead(k + 1))
-
-
-def _foresee(x: Floats, u: Floats, start: int, k: int) -> tuple[float, float]:
-    """Outcrop expected at increment k from the last ones of its band, and its doubt."""
-    past = slice(max(start, k - _MEMORY), k)
-    xs, us = x[past], u[past]
-    if len(xs) < 3:
-        return float(np.median(xs)), 0.0
-    i, j = np.triu_indices(len(xs), 1)
-    slope = max(float(np.median((xs[j] - xs[i]) / (us[j] - us[i]))), 0.0)
-    rest = xs - slope * us
-    doubt = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
-    return float(np.median(rest) + slope * u[k]), doubt
-
-
 def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
     """Parts of one and the same band, once what stood between them is dropped, put together."""
     joined: list[pd.Index] = []
     for part in parts:
         if joined:
-            before, after = known.loc[joined[-1]], known.loc[part]
-            x = np.concatenate([before["outcrop_x_mm"].to_numpy(), after["outcrop_x_mm"].to_numpy()[:1]])
-            tables = pd.concat([before, after.iloc[:1]])
-            u = (tables["u_mm"] + tables["du_mm"] / 2).to_numpy()
-            if not _jumps(x, tables["outcrop_std_mm"].to_numpy(), u, 0, len(x) - 1):
+            table = known.loc[joined[-1].append(part)]
+            x, std = table["outcrop_x_mm"].to_numpy(), table["outcrop_std_mm"].to_numpy()
+            u = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
+            # the first increment of a part may be a switch, with its line between two bands'
+            if not any(_jumps_at(x, std, u, len(joined[-1]) + k) for k in range(min(2, len(part)))):
                 joined[-1] = joined[-1].append(part)
                 continue
         joined.append(part)
@@ -120,32 +125,43 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
 
 
 def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
-    """A band's place at its start: a straight line through the outcrops of its increments.
+    """A band's place at its start, Eq. (16): the mean of its increments' outcrops, or where they creep from.
 
     The first increment is left out where it is shared with the band before, if there are others.
     """
     start = float(rows["u_mm"].iloc[0])
     own = rows.iloc[1:] if shared and len(rows) > 1 else rows
     u = (own["u_mm"] + own["du_mm"] / 2).to_numpy()
-    x, x_std = _at_start(u - start, own["outcrop_x_mm"].to_numpy(), own["outcrop_std_mm"].to_numpy())
+    std, common = own["outcrop_std_mm"].to_numpy(), own["outcrop_shared_mm"].to_numpy()
+    x, x_std = _at_start(u - start, own["outcrop_x_mm"].to_numpy(), std)
+    x_std = float(np.hypot(x_std, np.median(common)))
     return Episode(rows.index, x, float(own["outcrop_y_mm"].iloc[0]), x_std)
 
 
 def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
-    """Value at u = 0 of a line through (u, x), and its std; level unless the outcrop clearly creeps ahead."""
+    """Value at u = 0 of outcrops x at u, and its std; level unless the outcrop clearly creeps ahead."""
     weight = 1 / np.maximum(std, 1e-6) ** 2
     weight = np.minimum(weight, 4 * np.median(weight))
-    off = np.abs(x - np.median(x))
-    level = float(np.average(x, weights=weight))
-    scatter = 1.4826 * float(np.median(off))
-    level_std = max(float(1 / np.sqrt(weight.sum())), scatter / np.sqrt(len(x)))
+    middle = float(np.median(x))
+    scatter = 1.4826 * float(np.median(np.abs(x - middle)))
+    kept = np.abs(x - middle) <= np.maximum(4 * np.maximum(scatter, std), 1e-9)
+    level = float(np.average(x[kept], weights=weight[kept]))
+    level_std = max(float(1 / np.sqrt(weight[kept].sum())), scatter / np.sqrt(len(x)))
     if len(x) < 4:
         return level, level_std
+    part = slice(0, _BEGINNING)
+    whole, _ = _straight(u, x, weight)
+    fit, fit_std = _straight(u[part], x[part], weight[part])
+    if whole[1] < _CREEP or fit[1] < max(3 * fit_std[1], _CREEP):
+        return level, level_std
+    return float(fit[0]), float(fit_std[0])
+
+
+def _straight(u: Floats, x: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """Weighted straight line through (u, x): value at 0 and slope, with their stds."""
     design = np.column_stack([np.ones(len(u)), u])
     normal = design.T @ (weight[:, None] * design)
     fit = np.linalg.solve(normal, design.T @ (weight * x))
-    spread = max(float(np.sum(weight * (x - design @ fit) ** 2)) / (len(x) - 2), 1e-12)
-    fit_std = np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 1.0))
-    if fit[1] < max(3 * fit_std[1], _CREEP):
-        return level, level_std
-    return float(fit[0]), float(fit_std[0])
+    spread = float(np.sum(weight * (x - design @ fit) ** 2)) / max(len(x) - 2, 1)
+    std = np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 1.0))
+    return np.asarray(fit, float), np.asarray(std, float)

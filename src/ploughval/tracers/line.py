@@ -1,119 +1,159 @@
-"""The line through the tip that parts sand moving with the blade from sand at rest."""
+"""The line through the tip that parts a moving block from sand at rest (docs/theory-bands.md, section 3)."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
+from ploughval.tracers.increment import Motion
+from ploughval.tracers.shares import Shares, height_above, shares_of
 from ploughval.tracers.view import Floats
 
-_LEAST_MOVING = 4  # points on either side of a line
-_WIDTH_SPACINGS = 0.3  # least half-width of the change from rest to motion, in spacings of the points
-_ITERATIONS = 40
-_GROUPS = 8  # stretches of the line whose residuals may go together
-_FAR_WIDTHS = 6.0  # points further from the line than this take no part in its fit
+_LEAST_POINTS = 4  # on either side of a line
+_ROUNDS = 3
+_WIDTHS = np.array([0.03, 0.07, 0.15, 0.35])  # of the change from rest to motion, in subsets
+_ALL_DEG = np.arange(2.0, 89.0, 0.25)
+_SPAN_DEG = np.arange(-3.0, 3.01, 0.25)  # about the best angle
+_FINE = np.linspace(-4.0, 4.0, 33)  # about the mean, in standard deviations
+_SIDE_SUBSETS = (
+    1 / 60
+)  # std with which correlation parts the sides of a band, in subsets (measured, section 8)
+_ONE_SIDED = 3.0  # so much more where one side has no points
+_LEVER = 1.5  # angle of the line through the tip that fits an even offset along a length of 1
+_LEAST_STD_DEG = 0.004
+_LEAST_EVIDENCE = 10.0  # logarithm of the likelihood ratio of a line to no motion at all
+_KEPT_STDS = 3.5  # vectors of the block further from its median are left out of its velocity
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BandLine:
-    """A shear band through the tip: inclination with its std, degrees, and half-width, mm."""
+    """A shear band through the tip.
+
+    Attributes
+    ----------
+    beta_deg, std_deg : float
+        Inclination, half-way through the increment, and its standard deviation.
+    shared_std_deg : float
+        The part of it that increments of one band have in common.
+    width_mm : float
+        Standard width of the change from rest to motion, across the band.
+    velocity, velocity_std : (2,) float, mm/mm
+        Motion of the block for a millimetre of the blade's travel.
+    """
 
     beta_deg: float
     std_deg: float
-    half_width_mm: float
+    shared_std_deg: float
+    width_mm: float
+    velocity: Floats
+    velocity_std: Floats
 
 
-def fit_line(place: Floats, share: Floats, noise: float) -> BandLine | None:
-    """Fit the line between moving and still points.
-
-    The block moves by du (1, tan beta): the horizontal motion in parts of the blade's is 1 above
-    the line and 0 below it, whatever beta is. Near the line correlation windows see both: the share
-    rises over a width that is fitted with the angle.
+def fit_line(motion: Motion) -> BandLine | None:
+    """Fit block, line and width.
 
     Parameters
     ----------
-    place : (N, 2) float, mm
-        Points relative to the tip.
-    share : (N,) float
-        Horizontal motion in parts of the blade's.
-    noise : float
-        Standard deviation of share.
+    motion : Motion
+        Of the points ahead of the blade.
 
     Returns
     -------
     BandLine or None
         None where nothing moves with the blade.
     """
-    usual = np.abs(share - 0.5) < max(1.0, 4 * noise)
-    place, share = place[usual], np.clip(share[usual], 0.0, 1.0)
-    if len(share) == 0:
+    shares, angle = shares_of(motion, np.array([1.0, 0.0]), None), np.nan
+    for _ in range(_ROUNDS):
+        angle, evidence = _best(shares)
+        if not np.isfinite(angle):
+            return None
+        shares = shares_of(motion, block_velocity(motion, angle)[0], angle)
+    if evidence < _LEAST_EVIDENCE:
         return None
-    angle = _parting_angle(place, share)
-    moving = place[:, 1] * np.cos(angle) > place[:, 0] * np.sin(angle)
-    if (
-        not np.isfinite(angle)
-        or (moving & (share > 0.5)).sum() < _LEAST_MOVING
-        or (~moving).sum() < _LEAST_MOVING
-    ):
-        return None
-    if not 0 < angle < np.radians(89):
-        return None
-    return _refine(place, share, angle, _spacing(place), noise)
+    mean, std, width = _posterior(shares, angle)
+    velocity, velocity_std = block_velocity(motion, mean)
+    shared = _side_std(shares, mean)
+    return BandLine(
+        float(np.degrees(mean)), float(np.degrees(np.hypot(std, shared))), float(np.degrees(shared)),
+        width, velocity, velocity_std,
+    )  # fmt: skip
 
 
-def _parting_angle(place: Floats, share: Floats) -> float:
-    """Angle with the least misplaced motion, each point counting by its distance from the tip."""
-    angle = np.arctan2(place[:, 1], place[:, 0])
-    order = np.argsort(angle, kind="stable")
-    angle, share = angle[order], share[order]
-    weight = np.hypot(*place[order].T)
-    moving_below = np.concatenate([[0.0], np.cumsum(weight * share)])
-    still_above = np.concatenate([np.cumsum((weight * (1 - share))[::-1])[::-1], [0.0]])
-    cut = int(np.argmin(moving_below + still_above))
-    if cut in (0, len(angle)):
-        return np.nan
-    return float((angle[cut - 1] + angle[cut]) / 2)
+def _best(shares: Shares) -> tuple[float, float]:
+    """Likeliest angle, rad (NaN where a side has too few points), and its evidence against rest."""
+    width = float(_WIDTHS[2] * shares.reach_mm)
+    angles = np.radians(_ALL_DEG)
+    logs = shares.cuts(angles, width)
+    angle = float(angles[int(np.argmax(logs))])
+    moving = height_above(shares.place, angle) > 0
+    enough = (moving & (shares.share > 0.5)).sum() >= _LEAST_POINTS and (~moving).sum() >= _LEAST_POINTS
+    return (angle if enough else np.nan), float(logs.max() - shares.at_rest())
 
 
-def _refine(place: Floats, share: Floats, angle: float, spacing: float, noise: float) -> BandLine:
-    """Least squares for the angle and the width of the change (Gauss-Newton, robust against strays)."""
-    least = _WIDTH_SPACINGS * spacing
-    width = max(spacing, least)
-    std = np.nan
-    for _ in range(_ITERATIONS):
-        sin, cos = np.sin(angle), np.cos(angle)
-        above = place[:, 1] * cos - place[:, 0] * sin
-        along = place[:, 0] * cos + place[:, 1] * sin
-        near = np.abs(above) < _FAR_WIDTHS * width + 2 * spacing
-        z = above[near] / width
-        residual = share[near] - ndtr(z)
-        bell = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
-        jacobian = np.column_stack([-along[near] * bell / width, -z * bell / width])
-        tolerance = max(2.5 * 1.4826 * float(np.median(np.abs(residual))), 2.5 * noise, 0.1)
-        weight = np.minimum(1.0, tolerance / np.maximum(np.abs(residual), 1e-12))
-        normal = jacobian.T @ (weight[:, None] * jacobian) + 1e-12 * np.eye(2)
-        step = np.linalg.solve(normal, jacobian.T @ (weight * residual))
-        limit = 0.5 * width / max(float(along.max()), spacing)
-        angle += float(np.clip(step[0], -limit, limit))
-        width = float(np.clip(width + np.clip(step[1], -width / 2, width), least, 20 * spacing))
-        std = _angle_std(normal, jacobian, weight * residual, along[near], noise)
-        if abs(step[0]) < 1e-7:
-            break
-    return BandLine(float(np.degrees(angle)), float(np.degrees(std)), width)
+def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
+    """Velocity (2,) of the block above a line and its std, Eqs (7) and (8): a mean less strays."""
+    above = height_above(motion.place, angle)
+    clear = above > motion.reach_mm / 2
+    if clear.sum() < _LEAST_POINTS:
+        clear = above > 0
+    rate, place = motion.rate[clear], motion.place[clear]
+    off = np.abs(rate - np.median(rate, axis=0)).max(axis=1)
+    kept = off <= max(_KEPT_STDS * 1.4826 * float(np.median(off)), 1e-9)
+    rate, place = rate[kept], place[kept]
+    velocity = rate.mean(axis=0)
+    cells, cell = np.unique(np.floor(place / (2 * motion.reach_mm)), axis=0, return_inverse=True)
+    sums = np.zeros((len(cells), 2))
+    np.add.at(sums, cell.ravel(), rate - velocity)  # what subsets share within a cell counts once
+    spread = np.sqrt((sums**2).sum(axis=0) * len(cells) / max(len(cells) - 1, 1)) / len(rate)
+    return velocity, spread
 
 
-def _angle_std(normal: Floats, jacobian: Floats, residual: Floats, along: Floats, noise: float) -> float:
-    """Standard deviation of the angle, from residuals that go together in groups along the line."""
-    inverse = np.linalg.inv(normal)
-    group = np.minimum((along / max(float(along.max()), 1e-9) * _GROUPS).astype(int), _GROUPS - 1)
-    scores = np.zeros((_GROUPS, 2))
-    np.add.at(scores, np.maximum(group, 0), residual[:, None] * jacobian)
-    grouped = inverse @ (scores.T @ scores) @ inverse * _GROUPS / (_GROUPS - 1)
-    spread = max(float(np.sum(residual**2)) / max(len(residual) - 2, 1), noise**2)
-    return float(np.sqrt(max(grouped[0, 0], spread * inverse[0, 0])))
+def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
+    """Mean and standard deviation of the angle's posterior, rad, and the likeliest width, mm.
+
+    Coarse over the neighbourhood, fine about its top; widths have even weight for their logarithm.
+    """
+    reach = shares.reach_mm
+    wide = _inside(angle + np.radians(_SPAN_DEG))
+    near = shares.near(float(wide[0]), float(wide[-1]), reach)
+    coarse = _widths(near, wide, reach)
+    mean, std = moments(wide, np.logaddexp.reduce(coarse, axis=0))
+    angles, table = wide, coarse
+    for _ in range(2):
+        fine = _inside(mean + max(std, np.radians(_LEAST_STD_DEG)) * _FINE)
+        table = np.concatenate([coarse, _widths(near, fine, reach)], axis=1)
+        angles, order = np.unique(np.concatenate([wide, fine]), return_index=True)
+        table = table[:, order]
+        logs = np.logaddexp.reduce(table, axis=0)
+        mean, std = moments(angles, logs)
+    width = float(_WIDTHS[int(np.argmax(table.max(axis=1)))] * reach)
+    return mean, std, width
 
 
-def _spacing(place: Floats) -> float:
-    """Typical distance of neighbouring points, mm, from the area they cover."""
-    span = np.ptp(place, axis=0)
-    return max(float(np.sqrt(span[0] * span[1] / len(place))), 1e-6)
+def _side_std(shares: Shares, angle: float) -> float:
+    """Std of the angle, rad, from what correlation does beside a band, Eq. (9).
+
+    It decides to within a part of a subset on which side a point lies, alike along the band; points of both
+    sides check each other, and where those of one side are lost nothing does.
+    """
+    above = height_above(shares.place, angle)
+    moving, still = ((side > 0) & (side < shares.reach_mm) for side in (above, -above))
+    fewer = min(moving.sum(), still.sum()) / max(moving.sum(), still.sum(), 1)
+    offset = _SIDE_SUBSETS * (1 + _ONE_SIDED * max(0.0, 1 - 2 * fewer)) * shares.reach_mm
+    return float(_LEVER * offset / shares.far_mm)
+
+
+def _widths(shares: Shares, angles: Floats, reach: float) -> Floats:
+    """Log-likelihoods (W, G) for every width."""
+    return np.stack([shares.logs(angles, float(w * reach)) for w in _WIDTHS])
+
+
+def _inside(angles: Floats) -> Floats:
+    return np.asarray(angles[(angles > np.radians(0.5)) & (angles < np.radians(89.5))])
+
+
+def moments(places: Floats, logs: Floats) -> tuple[float, float]:
+    """Mean and standard deviation of a density given by its logarithm at places (trapezoidal rule)."""
+    density = np.exp(logs - logs.max())
+    total = np.trapezoid(density, places)
+    mean = float(np.trapezoid(density * places, places) / total)
+    return mean, float(np.sqrt(np.trapezoid(density * (places - mean) ** 2, places) / total))
