@@ -207,6 +207,7 @@ def compressed(folder: Path, frame: int, rng: np.random.Generator) -> None:
     _retime(folder, lambda t: t.assign(file=t["file"].str.replace(r"\.\w+$", ".jpg", regex=True)))
     settings = (folder / "test.toml").read_text(encoding="utf-8")
     text = re.sub(r"photos/\*\.\w+", "photos/*.jpg", settings)
+    (folder / "test.toml").unlink()  # it may be shared with another folder
     (folder / "test.toml").write_text(text, encoding="utf-8")
 
 
