@@ -122,7 +122,8 @@ def judge(spoil: Spoil, *, place: Path) -> Verdict:
         rows = geometry_errors(folder, run.results)
         others, tracked = elsewhere(folder, run, set() if spoil.all_frames else touched)
     print(f"{spoil.name}: exit code {run.exit_code}, {run.seconds:.0f} s", flush=True)
-    return Verdict(spoil.name, run.exit_code, told(run), tuple(rows), others, tracked, run.seconds)
+    said = tuple(text.replace(f"{folder}{os.sep}", "") for text in told(run))
+    return Verdict(spoil.name, run.exit_code, said, tuple(rows), others, tracked, run.seconds)
 
 
 def told(run: Processed) -> tuple[str, ...]:
