@@ -78,10 +78,13 @@ class Attempts:
         self._try_again(whole)
         self._refine(whole)
         self._narrow()
-        step = self.positions() - state.position
-        step[fit.status != Status.OK] = np.nan
+        now = self.positions()
+        now[fit.status != Status.OK] = np.nan
         # A point taken up again was presumed elsewhere; its window has its neighbours' motion anyway.
-        wrong = outliers(state.position, step) & ((state.failures == 0) | (state.window == WHOLE))
+        wrong = outliers(state.position, now - state.position)
+        wrong &= (state.failures == 0) | (state.window == WHOLE)
+        if wrong.any():  # unless it was the frame before that was wrong
+            wrong &= outliers(state.start, now - state.start)
         fit.status[wrong] = Status.OUTLIER
 
     def positions(self) -> Floats:

@@ -1,4 +1,6 @@
-"""Why tracked points end: out of the picture, outside the sand, avalanched."""
+"""Why tracked points end: out of the picture, outside the sand, avalanched, buried."""
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -12,11 +14,36 @@ SURFACE = 1.5
 """Sand that decorrelates within so many subsets of the surface or the blade has avalanched."""
 BORDER_PX = 3
 """A point may stand this far outside the sand that was found."""
+ENDS = (Status.MASKED, Status.BURIED, Status.SHEARED, Status.AVALANCHED, Status.OUT_OF_PICTURE)
+"""Reasons that a point which is given up keeps; of the others it is lost."""
 _DECORRELATED = (Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.SHEARED)
 
 
+@dataclass(frozen=True, slots=True)
+class Before:
+    """What is known of N points from the pictures before.
+
+    Attributes
+    ----------
+    place : (N, 2) float, px, where each was last measured
+    sand : (H, W) uint8, sand of the last picture
+    fresh : (N,) bool, points that were measured in it
+    shallow : (N,) bool, whether each lay by the surface when it was last measured; set for fresh points
+    """
+
+    place: Floats
+    sand: NDArray[np.uint8]
+    fresh: NDArray[np.bool_]
+    shallow: NDArray[np.bool_]
+
+
 def name_failures(
-    fit: Fit, place: Floats, sand: NDArray[np.uint8], alive: NDArray[np.intp], subset: int
+    fit: Fit,
+    place: Floats,
+    sand: NDArray[np.uint8],
+    alive: NDArray[np.intp],
+    subset: int,
+    before: Before,
 ) -> None:
     """Set the status of living points that ended, in place.
 
@@ -32,12 +59,15 @@ def name_failures(
         Points that are not lost.
     subset : int, px
         Side of a whole subset.
+    before : Before
+        Tells sand that was by the surface and now is not: what has avalanched lies on it.
     """
     height, width = sand.shape
     ok = fit.status == Status.OK
     pixel = np.floor(np.nan_to_num(place, nan=-1.0) + 0.5).astype(int)
     outside = ((pixel < 0) | (pixel >= [width, height])).any(axis=1)
     pixel = np.clip(pixel, 0, [width - 1, height - 1])
+    last = np.clip(np.floor(before.place + 0.5).astype(int), 0, [width - 1, height - 1])
     living = np.zeros(len(ok), bool)
     living[alive] = True
     fit.status[living & (outside | (fit.status == Status.EDGE))] = Status.OUT_OF_PICTURE
@@ -45,7 +75,11 @@ def name_failures(
     fit.status[bare[_distance(1 - sand, pixel[bare], BORDER_PX + 1) > BORDER_PX]] = Status.MASKED
     decorrelated = np.flatnonzero(living & np.isin(fit.status, _DECORRELATED))
     reach = SURFACE * subset
-    fit.status[decorrelated[_distance(sand, pixel[decorrelated], reach) < reach]] = Status.AVALANCHED
+    shallow = _distance(sand, pixel[decorrelated], reach) < reach
+    new = decorrelated[before.fresh[decorrelated]]
+    before.shallow[new] = _distance(before.sand, last[new], reach) < reach
+    fit.status[decorrelated[shallow]] = Status.AVALANCHED
+    fit.status[decorrelated[before.shallow[decorrelated] & ~shallow]] = Status.BURIED
 
 
 def _distance(mask: NDArray[np.uint8], pixel: NDArray[np.intp], reach: float) -> Floats:

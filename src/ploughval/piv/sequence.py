@@ -7,7 +7,7 @@ from ploughval.axes import Status
 from ploughval.errors import CorrelationError
 from ploughval.piv.attempts import Attempts
 from ploughval.piv.correlate import check_images, check_points, make_recipe
-from ploughval.piv.endings import name_failures
+from ploughval.piv.endings import ENDS, Before, name_failures
 from ploughval.piv.guess import Greys, flow_at
 from ploughval.piv.held import Current, Picture
 from ploughval.piv.references import RETRIES, References
@@ -61,6 +61,7 @@ class Tracker:
         picture = Picture.taken(image, sand)
         self._references.hold(0, picture, points, np.zeros(count))
         self._state = State(
+            start=points.copy(),
             position=points.copy(),
             last=points.copy(),
             motion=np.full((count, 2), np.nan),
@@ -71,6 +72,9 @@ class Tracker:
             failures=np.zeros(count, np.intp),
             window=np.full(count, WHOLE, np.intp),
             worn=np.zeros(count, np.intp),
+            ended=np.full(count, Status.LOST, np.int8),
+            shallow=np.zeros(count, bool),
+            sand=picture.sand,
             grey=picture.grey,
         )
 
@@ -85,7 +89,8 @@ class Tracker:
         self._frame += 1
         state.missed += 1
         status = np.full(len(state.position), Status.FRAME_MISSING, np.int8)
-        status[state.failures > RETRIES] = Status.LOST
+        given_up = state.failures > RETRIES
+        status[given_up] = state.ended[given_up]
         nothing = np.full(len(status), np.nan)
         return FramePoints(np.full((len(status), 2), np.nan), nothing, nothing.copy(), status)
 
@@ -131,7 +136,10 @@ class Tracker:
             std = attempts.std()
         fit, position = attempts.fit, attempts.positions()
         presumed = np.where((fit.status == Status.OK)[:, None], position, state.position + expected)
-        name_failures(fit, presumed, current.picture.sand, alive, self._recipe.subset)
+        before = Before(state.last, state.sand, state.failures == 0, state.shallow)
+        name_failures(fit, presumed, current.picture.sand, alive, self._recipe.subset, before)
+        given_up = state.failures > RETRIES
+        fit.status[given_up] = state.ended[given_up]
         self._settle(attempts, position, std, alive, current.picture)
         bad = fit.status != Status.OK
         position[bad], std[bad] = np.nan, np.nan
@@ -178,8 +186,10 @@ class Tracker:
         # A point that fails is presumed to go with its neighbours until it is taken up again or given up.
         state.position[bad] += presumed
         state.failures[bad[fit.status[bad] == Status.OUT_OF_PICTURE]] += RETRIES
+        ending = bad[(state.failures[bad] > RETRIES) & np.isin(fit.status[bad], ENDS)]
+        state.ended[ending] = fit.status[ending]
         state.missed = state.unused = 0
-        state.grey = picture.grey
+        state.grey, state.sand = picture.grey, picture.sand
         self._references.renew_worn(self._frame, picture, fit, state, (ok, position, std))
 
     def _of_no_use(self, fit: Fit, alive: Index) -> bool:

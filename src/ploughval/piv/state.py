@@ -30,6 +30,7 @@ class FramePoints:
 class State:
     """What is known of N points after a frame."""
 
+    start: Floats  # (N, 2) in frame 0
     position: Floats  # (N, 2) last measured, or where a point that failed is presumed to be
     last: Floats  # (N, 2) last measured
     motion: Floats  # (N, 2) px a frame, last measured
@@ -40,6 +41,9 @@ class State:
     window: NDArray[np.intp]  # (N,) number of the small window, WHOLE for a whole subset
     worn: NDArray[np.intp]  # (N,) frames in a row in which its correlation was low for the reference
     past: list[Floats]  # positions (N, 2) after the last frames, NaN: failed
+    ended: NDArray[np.int8]  # (N,) why a point was given up
+    shallow: NDArray[np.bool_]  # (N,) whether a point that fails lay by the surface before
+    sand: NDArray[np.uint8]  # (H, W) of the last picture of use
     missed: int = 0  # frames skipped, or of no use, since `grey` was seen
     unused: int = 0  # pictures of no use since then
     camera: Floats = field(default_factory=lambda: np.zeros(2))  # (2,) px, moved since the first picture
