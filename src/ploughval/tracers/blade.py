@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from ploughval.scene import Blade
 from ploughval.tracers.light import Lighting
@@ -22,7 +23,10 @@ _STD_FLOOR_PX = 0.02
 _ALIKE = 0.3  # of the contrast: a block nearer to the body at rest than this shows the body
 _LEAST_ALIKE = 0.5  # of the share of such blocks in earlier frames: with fewer something hides the blade
 _LEAST_ALIKE_FAR = 0.8  # ... where the face stands far from where it was expected
-_EQUAL, _EQUAL_PX = 0.03, 3  # of the contrast: matches as good as the best one; px: one match is no wider
+_SLOW = 0.1  # of the width: std over which the light along the sand is smoothed for the blade
+_EQUAL = 0.03  # of the contrast: matches as good as the best one
+_EQUAL_SHARE, _EQUAL_PX = 0.5, 3.0  # of the body, px: one place's good matches reach no further
+_STRONGER = 2.0  # times: a crossing beside the one that was looked for counts if it stands out so much more
 _FAR_STEPS, _FAR_PX = 1.0, 3.0
 
 
@@ -46,7 +50,10 @@ class BladeFinder:
     """
 
     def __init__(self, view: View, blade: Blade, image: Levels, light: Floats | None = None) -> None:
-        self._light = np.ones(image.shape[1]) if light is None else light
+        width = image.shape[1]
+        self._light = np.ones(width)
+        if light is not None:
+            self._light = np.asarray(gaussian_filter1d(light, _SLOW * width, mode="nearest"))
         self._rows = max(int(view.row(0.0)) - 2, 4)
         self._rest = float(view.column(0.0))
         thickness = blade.thickness_mm / view.step_mm
@@ -55,9 +62,10 @@ class BladeFinder:
         last = max(round(self._rest - margin), first + 1)
         self._body = slice(first, last)
         profile = self._profile(image, None, 0, image.shape[1])
-        self._template = profile[:, self._body]
+        even = profile / self._light
+        self._template = even[:, self._body]
         self._level = np.median(self._template, axis=1)
-        middle, high = np.percentile(np.abs(profile - self._level[:, None]), [50, 90])
+        middle, high = np.percentile(np.abs(even - self._level[:, None]), [50, 90])
         self._cap = float(max(middle, high / 2))
         self._alike = 1.0
         seen = self._read_face(profile, self._rest)
@@ -84,7 +92,8 @@ class BladeFinder:
         width = self._body.stop - self._body.start
         left = max(first - width - _SIDE_PX, 0)
         profile = self._profile(image, lighting, left, min(stop + 2 * width + 2 * _SIDE_PX, image.shape[1]))
-        place, alike = self._recognise(profile, first - left, stop - left)
+        even = profile / self._light[left : left + profile.shape[1]]
+        place, alike = self._recognise(even, first - left, stop - left)
         seen = self._read_face(profile, place + self._offset)
         column = seen.column + left - self._offset
         expected = abs(column - self.predicted) < _FAR_STEPS * abs(self._step) + _FAR_PX
@@ -107,7 +116,6 @@ class BladeFinder:
         for k, (start, end) in enumerate(zip(starts, ends, strict=True)):
             block: NDArray[Any] = np.ascontiguousarray(image[start:end, left:right])
             means[k] = cv2.reduce(block, 0, cv2.REDUCE_SUM, dtype=cv2.CV_64F)[0] / (end - start)
-        means /= self._light[left:right]
         if lighting is not None and not lighting.same:
             means *= lighting.columns(left, right)
             means *= lighting.rows(0, self._rows)[(starts + ends) // 2][:, None]
@@ -135,26 +143,31 @@ class BladeFinder:
         best = int(np.argmin(score))
         # a blade as grey as what is behind it is matched by that too: of equals the foremost, before the sand
         foremost = int(np.flatnonzero(score <= score[best] + _EQUAL)[-1])
-        if foremost - best > _EQUAL_PX:
+        if foremost - best > max(_EQUAL_SHARE * width, _EQUAL_PX):
             best = foremost
         alike = float(np.mean(unlike[:, best] < _ALIKE * self._cap))
         return float(self._rest + first + best - self._body.start), alike
 
     def _read_face(self, profile: Floats, column: float) -> BladeSight:
-        """Half-level crossing near a column, block by block; their robust weighted mean."""
+        """Half-level crossing near a column, block by block; their robust weighted mean.
+
+        Of crossings a few columns apart the one that most blocks show most clearly counts.
+        """
         body = self._body.stop - self._body.start
-        for off in _TRIES_PX:
-            seen = _crossings(profile, column + off, body)
-            if np.isfinite(seen.column):
-                return _crossings(profile, seen.column, body)
-        return seen
+        tries = [_crossings(profile, column + off, body) for off in _TRIES_PX]
+        best, strength = max(tries, key=lambda found: found[1])
+        if tries[0][1] > strength / _STRONGER:
+            best, strength = tries[0]
+        return _crossings(profile, best.column, body)[0] if strength > 0 else best
 
 
-def _crossings(profile: Floats, column: float, body_px: int) -> BladeSight:
+def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight, float]:
+    """The face near a column, and how strongly the blocks that agree on it stand out; 0: no face."""
+    nothing = BladeSight(np.nan, np.nan), 0.0
     middle = round(column)
     left, right = middle - _SIDE_PX, middle + _SIDE_PX
     if left < 0 or right >= profile.shape[1]:
-        return BladeSight(np.nan, np.nan)
+        return nothing
     part = profile[:, left : right + 1]
     ahead = part[:, _SIDE_PX + 3 :]
     behind = profile[:, max(middle - max(body_px, 3), 0) : max(middle - 2, 1)]
@@ -166,14 +179,14 @@ def _crossings(profile: Floats, column: float, body_px: int) -> BladeSight:
     noise = np.median(scatter)
     good = np.isfinite(place) & (np.abs(contrast) > _LEAST_CONTRAST * np.maximum(scatter, 0.3 * noise))
     if good.sum() < 2:
-        return BladeSight(np.nan, np.nan)
+        return nothing
     place, weight = place[good], np.abs(contrast[good] / np.maximum(scatter[good], noise + 1e-9))
     centre, spread = _densest_half(place)
     kept = np.abs(place - centre) <= 3 * spread + 0.1
     place, weight = place[kept], weight[kept]
     mean = float(np.average(place, weights=weight))
     std = float(np.sqrt(np.sum(weight**2 * (place - mean) ** 2)) / weight.sum())
-    return BladeSight(mean, max(std, _STD_FLOOR_PX))
+    return BladeSight(mean, max(std, _STD_FLOOR_PX)), float(weight.sum())
 
 
 def _densest_half(place: Floats) -> tuple[float, float]:
