@@ -19,7 +19,7 @@ _SIDE_PX = 6  # columns read on either side of the face
 _TRIES_PX = (0.0, -2.0, 2.0, -4.0, 4.0)
 _REACH_PX = 2.5  # the face stands no further from where the body's match puts it
 _LEAST_CONTRAST = 4.0  # of the face against the noise of a block's mean
-_STD_FLOOR_PX = 0.02
+_PHASE_PX = 0.07  # error of a half-level read between whole pixels: the same in all blocks
 _ALIKE = 0.3  # of the contrast: a block nearer to the body at rest than this shows the body
 _LEAST_ALIKE = 0.5  # of the share of such blocks in earlier frames: with fewer something hides the blade
 _LEAST_ALIKE_FAR = 0.8  # ... where the face stands far from where it was expected
@@ -186,7 +186,7 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     place, weight = place[kept], weight[kept]
     mean = float(np.average(place, weights=weight))
     std = float(np.sqrt(np.sum(weight**2 * (place - mean) ** 2)) / weight.sum())
-    return BladeSight(mean, max(std, _STD_FLOOR_PX)), float(weight.sum())
+    return BladeSight(mean, float(np.hypot(std, _PHASE_PX))), float(weight.sum())
 
 
 def _densest_half(place: Floats) -> tuple[float, float]:

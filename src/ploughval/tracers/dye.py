@@ -30,7 +30,7 @@ _USUAL_WIDTH = 0.25  # a run that is wider or narrower than its neighbours by mo
 _LIKE = 1.6  # dyes whose contrasts with the sand differ by less are searched together
 _LEAST_CONTRAST = 0.08  # of the sand's grey
 _DEFAULT_THICKNESS_MM = 2.0
-_STD_FLOOR_PX = 0.1
+_GRAIN_PX = 0.35  # by which grains shift the edges of a layer, over stretches longer than the smoothing
 _STRIP = 1.5  # depths of a layer's thickness: the strip before the face in which the block's rise is read
 _LEAST_MATCH = 0.5
 
@@ -280,7 +280,7 @@ class DyeFollower:
         for column, row in sorted(pieces, key=lambda piece: int(piece[0][0])):
             smooth = median_filter(row, self._median, mode="nearest")
             scatter = 1.4826 * float(np.median(np.abs(row - smooth)))
-            std = np.full(len(row), max(scatter, _STD_FLOOR_PX) * self._view.step_mm)
+            std = np.full(len(row), float(np.hypot(scatter, _GRAIN_PX)) * self._view.step_mm)
             x, y = self._view.x_mm(self._place[column]), self._view.y_mm(smooth)
             rows += [np.column_stack([x, y, std]), gap]
         return np.concatenate(rows[:-1]) if rows else gap
