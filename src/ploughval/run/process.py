@@ -18,6 +18,7 @@ from ploughval.model import History, simulate
 from ploughval.photos import calibrate, open_frames
 from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
+from ploughval.run.doubts import doubts
 from ploughval.run.findings import Findings
 from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import Progress, WindowRecord, watch
@@ -26,8 +27,6 @@ from ploughval.tracers import find_bands, layers_from_tracks
 
 Value = TypeVar("Value")
 LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
-DOUBT_PX, DOUBT_SHARE = 2.0, 0.02  # blade against log: beyond pixels and a share of the travel it is said
-DOUBT_SCALE, DOUBT_STDS = 0.005, 4.0  # so is a travel that differs by this share and by so many std
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,27 +208,12 @@ class _Run:
         outside = int(np.isnan(found.displacement.u_mm[np.isfinite(time_s)]).sum()) if source == "log" else 0
         if outside:
             found.warnings.append(f"{outside} photographs lie outside the log: their u_mm is empty")
-        self._doubt_displacement()
+        assert found.calibration is not None
+        found.warnings += doubts(
+            found.displacement, window.blade[:, 0], found.calibration.mm_per_px, found.travel_mm() or 0.0
+        )
         if not np.isfinite(time_s).any():
             found.warnings.append("the times of the photographs are not known: time_s is empty")
-
-    def _doubt_displacement(self) -> None:
-        """Say so where photographs and log contradict each other."""
-        found = self.found
-        assert found.displacement is not None
-        assert found.calibration is not None
-        apart, travel = found.displacement.difference_rms_mm, found.travel_mm() or 0.0
-        if apart > max(DOUBT_PX * found.calibration.mm_per_px, DOUBT_SHARE * travel):
-            found.warnings.append(
-                f"the blade in the photographs and the log's displacement differ by {apart:.3g} mm rms: "
-                "check clock_offset_s, mm_per_px and direction"
-            )
-        scale, std = found.displacement.scale, found.displacement.scale_std
-        if abs(scale - 1) > max(DOUBT_SCALE, DOUBT_STDS * std):
-            found.warnings.append(
-                f"the blade travels {100 * (scale - 1):+.2f} % (std {100 * std:.2f} %) in the photographs "
-                "against the log: check mm_per_px and the displacement sensor"
-            )
 
     def _geometry(self, window: WindowRecord) -> None:
         found, steps, u_mm = self.found, self.scene.steps, self.found.frame_displacement_mm()

@@ -1,0 +1,61 @@
+"""Where photographs and log contradict each other about the blade."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.run.clock import Displacement
+
+Floats = NDArray[np.float64]
+
+APART_PX, APART_SHARE = 2.0, 0.02
+"""Blade in the photographs and log: differences beyond pixels and beyond a share of the travel are said."""
+SCALE, STDS = 0.005, 4.0
+"""So is a travel that differs by this share and by so many standard deviations."""
+LONE_PX, LONE_SPREADS = 2.0, 8.0
+"""So is a single frame off by so many pixels and so many robust standard deviations of the others."""
+
+
+def doubts(displacement: Displacement, blade_x_mm: Floats, mm_per_px: float, travel_mm: float) -> list[str]:
+    """What is to be doubted about times, scale and displacement.
+
+    Parameters
+    ----------
+    displacement : Displacement
+        Of the frames.
+    blade_x_mm : (F,) float, mm
+        Blade face in the photographs, NaN where not found.
+    mm_per_px : float
+        Scale of the photographs.
+    travel_mm : float
+        Of the blade in the test.
+
+    Returns
+    -------
+    list of str
+        A sentence for each doubt; none without a log.
+    """
+    if displacement.source != "log":
+        return []
+    said = []
+    apart = displacement.difference_rms_mm
+    if apart > max(APART_PX * mm_per_px, APART_SHARE * travel_mm):
+        said.append(
+            f"the blade in the photographs and the log's displacement differ by {apart:.3g} mm rms: "
+            "check clock_offset_s, mm_per_px and direction"
+        )
+    scale, std = displacement.scale, displacement.scale_std
+    if abs(scale - 1) > max(SCALE, STDS * std):
+        said.append(
+            f"the blade's travel in the photographs is {100 * (scale - 1):+.2f} % (std {100 * std:.2f} %) "
+            "off the log's: check mm_per_px and the displacement sensor"
+        )
+    rest = blade_x_mm - (scale if np.isfinite(scale) else 1.0) * displacement.u_mm
+    if np.isfinite(rest).any():
+        rest -= np.nanmedian(rest)
+        usual = 1.4826 * float(np.nanmedian(np.abs(rest)))
+        for frame in np.flatnonzero(np.abs(rest) > max(LONE_PX * mm_per_px, LONE_SPREADS * usual)):
+            said.append(
+                f"frame {frame}: the blade stands {rest[frame]:+.3g} mm from where the log has it, "
+                "other frames agree: is its time right?"
+            )
+    return said

@@ -1,0 +1,42 @@
+"""Photographs and log that contradict each other are told apart: scale, clocks, single frames."""
+
+import numpy as np
+
+from ploughval.run.clock import Displacement
+from ploughval.run.doubts import doubts
+
+U = np.linspace(0, 50, 26)
+NOISE = np.random.default_rng(4).normal(0, 0.01, len(U))
+
+
+def displacement(blade, *, scale=1.0, scale_std=0.0005, source="log"):
+    apart = float(np.sqrt(np.mean((blade - U) ** 2)))
+    return Displacement(U, source, 0.0, 0.0, apart, scale, scale_std)
+
+
+def test_photographs_that_agree_with_the_log_raise_no_doubt():
+    assert doubts(displacement(U + NOISE), U + NOISE, 0.1, 50.0) == []
+
+
+def test_a_scale_that_is_off_by_one_per_cent_is_said():
+    said = doubts(displacement(1.01 * U, scale=1.01), 1.01 * U + NOISE, 0.1, 50.0)
+    assert len(said) == 1
+    assert "+1.00 %" in said[0]
+
+
+def test_two_photographs_with_each_others_time_are_named():
+    blade = U + NOISE
+    blade[[12, 13]] = blade[[13, 12]]
+    said = doubts(displacement(blade), blade, 0.1, 50.0)
+    assert [text.split(":")[0] for text in said] == ["frame 12", "frame 13"]
+    assert all("is its time right?" in text for text in said)
+
+
+def test_clocks_that_are_far_apart_are_said():
+    said = doubts(displacement(U + 3.0), U + 3.0 + NOISE, 0.1, 50.0)
+    assert len(said) == 1
+    assert "clock_offset_s" in said[0]
+
+
+def test_without_a_log_nothing_contradicts():
+    assert doubts(displacement(2 * U, source="photographs"), 2 * U, 0.1, 50.0) == []
