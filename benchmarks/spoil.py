@@ -160,7 +160,7 @@ def hand(folder: Path, frame: int, rng: np.random.Generator) -> None:
         height, width = picture.shape
         shape = np.zeros_like(picture)
         for x, y, a, b, turn in (
-            (0.55, 0.2, 0.17, 0.45, 25),
+            (0.55, 0.22, 0.22, 0.5, 25),
             (0.47, 0.6, 0.05, 0.3, 10),
             (0.6, 0.6, 0.05, 0.28, 30),
         ):
