@@ -262,12 +262,11 @@ class DyeFollower:
         points = np.empty((0, 2)) if carried is None else carried.get(height, np.empty((0, 2)))
         points = points[np.isfinite(points).all(axis=1)]
         if len(points):
-            places = np.column_stack([self._place[column], row])
-            apart = cKDTree(points).query(places)[0]
-            near = np.median(np.diff(np.sort(points[:, 0]))) * 3 + self._thickness
-            told = np.maximum(apart - 1.5, 0.0) / (_CARRIED * self._thickness)
-            beside = np.abs(self._place[column][:, None] - points[:, 0]).min(axis=1) < near
-            cost = np.where(beside, told, cost)
+            spacing = float(np.median(np.diff(np.sort(points[:, 0])))) if len(points) > 1 else 0.0
+            apart = cKDTree(points).query(np.column_stack([self._place[column], row]))[0]
+            told = np.maximum(apart - spacing / 2 - 1.5, 0.0) / (_CARRIED * self._thickness)
+            beside = cKDTree(points[:, :1]).query(self._place[column][:, None])[0]
+            cost = np.where(beside < 3 * spacing + self._thickness, told, cost)
         if several:
             dye = self._dyes[height]
             cost = cost + np.maximum(np.abs(grey - dye.dyed) / abs(_OTHER_GREY * dye.contrast) - 0.6, 0.0)
