@@ -1,0 +1,61 @@
+"""Notes on single photographs: knocks, turns, poor and doubled pictures, a blade that goes back."""
+
+import numpy as np
+import pytest
+
+from ploughval.piv import CameraMovement
+from ploughval.run.frame_notes import FrameNotes
+from ploughval.tracers import Sight
+
+
+def sight(blade_mm=0.0):
+    return Sight(blade_mm, 0.01, np.zeros((4, 4), np.uint8), np.zeros((0, 2)), np.zeros(0), {})
+
+
+def movement(shift=(0.0, 0.0), *, turn=0.0, zncc=0.97):
+    return CameraMovement(np.array(shift, float), 0.002, turn, zncc)
+
+
+def notes_of(movements, blades=None, doubled=()):
+    notes = FrameNotes(0.1, (900, 1200))
+    for frame, camera in enumerate(movements):
+        blade = float(frame) if blades is None else blades[frame]
+        notes.add(frame, sight(blade), camera, doubled=frame in doubled)
+    return notes.texts()
+
+
+def test_series_without_events_has_no_notes():
+    assert notes_of([movement()] * 6) == {}
+
+
+def test_knock_is_named_once_where_it_happens():
+    texts = notes_of([movement()] * 3 + [movement((2.4, -1.8))] * 3)
+    assert list(texts) == [3]
+    assert "(+2.40, -1.80) px" in texts[3][0]
+
+
+def test_slow_drift_is_no_knock():
+    assert notes_of([movement((0.1 * k, 0.0)) for k in range(12)]) == {}
+
+
+def test_turned_camera_is_named_with_what_it_costs_in_the_corners():
+    texts = notes_of([movement()] * 2 + [movement(turn=0.1)])
+    assert "1.3 px in the corners" in texts[2][0]  # 0.1 degrees of half a diagonal of 750 px
+
+
+def test_picture_in_which_still_sand_hardly_correlates_is_poor():
+    texts = notes_of([movement()] * 5 + [movement(zncc=0.5)] + [movement()])
+    assert list(texts) == [5]
+    assert "0.50 where 0.97 is usual" in texts[5][0]
+
+
+def test_doubled_picture_and_blade_that_goes_back_are_named():
+    texts = notes_of([movement()] * 4, blades=[0.0, 2.0, 1.0, 3.0], doubled={3})
+    assert texts[2] == ["the blade stands 1 mm behind an earlier frame: are the times in order?"]
+    assert texts[3] == ["the same picture as the frame before"]
+
+
+@pytest.mark.parametrize("blade", [np.nan, 5.0])
+def test_what_the_picture_does_not_tell_raises_no_note(blade):
+    nothing = CameraMovement(np.full(2, np.nan), np.nan, np.nan, np.nan)
+    assert notes_of([movement(), nothing], blades=[5.0, blade]) == {}
