@@ -44,7 +44,9 @@ def scored(drawn, points, height, u):
     pieces = [piece(seen[:, 0]) for piece in thrust(height, u)]
     error = np.min([np.abs(seen[:, 1] - y) for y in pieces], axis=0) / drawn.mm_per_px
     shares = []
-    for first, last, y in ((u + 1, CUT + u - 1, height + SLOPE * u), (CUT + 1, 90.0, height)):
+    risen = height + SLOPE * u
+    end = CUT if risen in HEIGHTS else CUT + u  # where two layers lie on each other either name is right
+    for first, last, y in ((u + 1, end - 1, risen), (CUT + 1, 90.0, height)):
         wanted = np.arange(first, last, 0.4)
         near = seen[np.abs(seen[:, 1] - y) < 1.0, 0]
         shares.append(np.mean(np.abs(wanted[:, None] - near).min(axis=1) < 0.5) if len(near) else 0.0)
