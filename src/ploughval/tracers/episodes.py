@@ -8,13 +8,14 @@ import pandas as pd
 from ploughval.tracers.view import Floats
 
 _JUMP = 0.12  # of the outcrop's distance from the tip: the least jump of a new band
-_LONE_JUMP = 0.25  # the same where a single increment says so, at the end of the series
+_LONE_JUMP = 0.2  # the same where a single increment says so, at the end of the series
 _JUMP_STDS = 4.0
 _STEP = 0.4  # of a jump: what the outcrop steps at least where it happens
 _SIDE = 4  # increments to either side of a jump that are looked at
 _LEVEL = 3  # of them: those whose median is its level
 _CREEP = 0.2  # of the blade's travel: an outcrop that moves ahead by less, or back, is taken to stay
-_BEGINNING = 6  # increments that tell where a creeping band began
+_LEAST_CURVED = 6  # increments that tell how it slowed down
+_BEGINNING = 8  # increments that tell where a creeping band began
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,19 +150,21 @@ def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
     level_std = max(float(1 / np.sqrt(weight[kept].sum())), scatter / np.sqrt(len(x)))
     if len(x) < 4:
         return level, level_std
+    whole, _ = _polynomial(u, x, weight, 1)
     part = slice(0, _BEGINNING)
-    whole, _ = _straight(u, x, weight)
-    fit, fit_std = _straight(u[part], x[part], weight[part])
-    if whole[1] < _CREEP or fit[1] < max(3 * fit_std[1], _CREEP):
+    early, early_std = _polynomial(u[part], x[part], weight[part], 1)
+    if whole[1] < _CREEP or early[1] < max(3 * early_std[1], _CREEP):
         return level, level_std
+    order = 2 if len(x[part]) >= _LEAST_CURVED else 1  # a creeping outcrop slows down
+    fit, fit_std = _polynomial(u[part], x[part], weight[part], order)
     return float(fit[0]), float(fit_std[0])
 
 
-def _straight(u: Floats, x: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """Weighted straight line through (u, x): value at 0 and slope, with their stds."""
-    design = np.column_stack([np.ones(len(u)), u])
+def _polynomial(u: Floats, x: Floats, weight: Floats, order: int) -> tuple[Floats, Floats]:
+    """Weighted polynomial through (u, x): coefficients from the value at 0 upwards, with their stds."""
+    design = np.vander(u, order + 1, increasing=True)
     normal = design.T @ (weight[:, None] * design)
     fit = np.linalg.solve(normal, design.T @ (weight * x))
-    spread = float(np.sum(weight * (x - design @ fit) ** 2)) / max(len(x) - 2, 1)
+    spread = float(np.sum(weight * (x - design @ fit) ** 2)) / max(len(x) - order - 1, 1)
     std = np.sqrt(np.diag(np.linalg.inv(normal)) * max(spread, 1.0))
     return np.asarray(fit, float), np.asarray(std, float)

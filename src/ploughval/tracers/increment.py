@@ -11,6 +11,9 @@ from ploughval.tracers.view import Floats
 
 _LEAST_STD_MM = 1e-4  # exact motion, and stds that were never given
 _TORN = (Status.SHEARED, Status.LOW_CORRELATION, Status.NOT_CONVERGED, Status.OUTLIER, Status.LOST)
+_LOW_DEG = 6.0  # flatter than any band
+_LEAST_LOW = 12
+_LEAST_KNOCK = 0.01  # of a subset
 _SUBSET_SPACINGS = 2.0  # side of a subset in spacings of the points, where the picture's scale is not stated
 
 
@@ -58,8 +61,21 @@ def motion_of(tracks: xr.Dataset, scene: Scene, first: int, last: int) -> Motion
     place, lost = place - tip, _lost(tracks, first, last) - tip
     ahead = place[:, 0] > 0
     place, moved, std, lost = place[ahead], moved[ahead], std[ahead], lost[lost[:, 0] > 0]
-    travel = u1 - u0 if u1 > u0 else np.nan
-    return Motion(place, moved / travel, std / travel, lost, u1 - u0, reach_of(scene, place))
+    travel, reach = (u1 - u0 if u1 > u0 else np.nan), reach_of(scene, place)
+    moved = moved - _picture_moved(place, moved, reach)
+    return Motion(place, moved / travel, std / travel, lost, u1 - u0, reach)
+
+
+def _picture_moved(place: Floats, moved: Floats, reach_mm: float) -> Floats:
+    """Motion (2,), mm, of the whole picture: that of sand which no band reaches, where it is no noise.
+
+    A camera that was knocked moves everything; sand at the level of the tip and below it rests in truth.
+    """
+    low = np.arctan2(place[:, 1], place[:, 0]) < np.radians(_LOW_DEG)
+    if low.sum() < _LEAST_LOW:
+        return np.zeros(2)
+    middle = np.asarray(np.median(moved[low], axis=0))
+    return middle if np.hypot(*middle) > _LEAST_KNOCK * reach_mm else np.zeros(2)
 
 
 def _points(tracks: xr.Dataset, first: int, last: int) -> tuple[Floats, Floats, Floats]:

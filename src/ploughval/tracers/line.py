@@ -18,6 +18,7 @@ _SIDE_SUBSETS = (
     1 / 60
 )  # std with which correlation parts the sides of a band, in subsets (measured, section 8)
 _ONE_SIDED = 3.0  # so much more where one side has no points
+_SWEPT = 0.1  # of half of what the line sweeps in an increment: when a point on the way is given up
 _LEVER = 1.5  # angle of the line through the tip that fits an even offset along a length of 1
 _LEAST_STD_DEG = 0.004
 _LEAST_EVIDENCE = 10.0  # logarithm of the likelihood ratio of a line to no motion at all
@@ -139,7 +140,8 @@ def _side_std(shares: Shares, angle: float) -> float:
     moving, still = ((side > 0) & (side < shares.reach_mm) for side in (above, -above))
     fewer = min(moving.sum(), still.sum()) / max(moving.sum(), still.sum(), 1)
     offset = _SIDE_SUBSETS * (1 + _ONE_SIDED * max(0.0, 1 - 2 * fewer)) * shares.reach_mm
-    return float(_LEVER * offset / shares.far_mm)
+    swept = _SWEPT * 0.5 * shares.travel_mm * np.sin(angle)
+    return float(_LEVER * np.hypot(offset, swept) / shares.far_mm)
 
 
 def _widths(shares: Shares, angles: Floats, reach: float) -> Floats:

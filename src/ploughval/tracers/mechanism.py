@@ -15,8 +15,12 @@ _LEAST_STD = 0.004  # mm/mm
 _STRAYS = 0.02
 _STRAY_DENSITY = 0.25  # of strays, over rates from -0.5 to 1.5 in both components
 _LEAST_POINTS = 12
-_LEAST_SETS = 3.0  # independent subsets between two lines
-_SURE = 10.0  # evidence from which a rival is named, natural logarithm: one in 22 000
+_WIDTH = 0.1  # of the change across a band, in subsets: what correlation leaves of it
+_TRANSITION = 0.3  # std of the part that a point in the middle of the change moves by
+_MEDIAN_DISTANCE = 1.1774  # of two components of unit variance (Rayleigh)
+_ROUGH = 0.15  # mm/mm, first guess of how well the motion between two bands is known
+_LEAST_SETS = 2.0  # independent subsets between two lines
+_SURE = 5.0  # evidence from which a rival is named, natural logarithm: one in 150
 _PART = (0.08, 0.92)  # of the block's motion, between two bands
 _ALONG = 0.05  # of the block's motion: the least shearing along the blade that counts
 _REACHES = np.array([0.5, 1.0, 2.0, 4.0])  # of shearing along the blade, in subsets
@@ -53,22 +57,32 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Clear:
-    """Points clear of a line, in order of their angle about the tip; rates in their own noise."""
+class _Points:
+    """Points in order of their angle about the tip, with rates and their noise.
+
+    ``sharing``: points that share one subset's worth of information; ``width_mm``: of the change across a band.
+    """
 
     place: Floats
     rate: Floats
     std: Floats
     sharing: float
+    width_mm: float
 
     @property
     def angle(self) -> Floats:
+        """About the tip, rad, ascending."""
         return np.asarray(np.arctan2(self.place[:, 1], self.place[:, 0]))
 
-    def logs(self, expected: Floats) -> Floats:
+    def above(self, angle: float) -> Floats:
+        """Part of the motion above a line that a point sees, 0 to 1."""
+        return np.asarray(ndtr(height_above(self.place, angle) / self.width_mm))
+
+    def logs(self, expected: Floats, doubt: Floats | float = 0.0) -> Floats:
         """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2), Eq. (10)."""
+        spread = self.std**2 + np.square(doubt)
         off = ((self.rate - expected) ** 2).sum(axis=1)
-        bell = np.exp(-off / (2 * self.std**2)) / (2 * np.pi * self.std**2)
+        bell = np.exp(-off / (2 * spread)) / (2 * np.pi * spread)
         return np.asarray(np.log((1 - _STRAYS) * bell + _STRAYS * _STRAY_DENSITY))
 
     def lead(self, logs: Floats, single: Floats, parameters: int) -> float:
@@ -89,104 +103,110 @@ def judge(motion: Motion, line: BandLine | None, *, resolved: bool) -> Verdict:
     resolved : bool
         Whether there were travel and points enough to see motion.
     """
-    if not resolved:
+    if not resolved or len(motion.place) < _LEAST_POINTS:
         return Verdict(None, np.nan)
     if line is None:
         return Verdict(Mechanism.STILL, np.nan)
     beta = float(np.radians(line.beta_deg))
-    clear = _clear_of(motion, beta, line.velocity)
-    if len(clear.place) < _LEAST_POINTS:
-        return Verdict(None, np.nan)
-    moving = height_above(clear.place, beta) > 0
-    single = clear.logs(moving[:, None] * line.velocity)
+    points = _points_of(motion, line)
+    part = points.above(beta)
+    single = points.logs(part[:, None] * line.velocity, _doubt(part, line.velocity))
     rivals = {
-        Mechanism.TWO_BANDS: _two_bands(clear, single, line.velocity),
-        Mechanism.SHEAR_ALONG_BLADE: _along_blade(clear, single, moving, line.velocity, motion.reach_mm),
-        Mechanism.DIFFUSE: _diffuse(clear, single, beta, line.velocity, motion),
+        Mechanism.TWO_BANDS: _two_bands(points, single, line.velocity),
+        Mechanism.SHEAR_ALONG_BLADE: _along_blade(points, single, part, line.velocity, motion.reach_mm),
+        Mechanism.DIFFUSE: _diffuse(points, single, beta, line.velocity, motion),
     }
     best = max(rivals, key=lambda name: rivals[name])
     found = best if rivals[best] > _SURE else Mechanism.ONE_BAND
-    return Verdict(found, max(rivals[best], clear.lead(single, single, 3)))
+    return Verdict(found, max(rivals[best], points.lead(single, single, 3)))
 
 
-def _clear_of(motion: Motion, beta: float, velocity: Floats) -> _Clear:
-    """Points more than half a subset from the line; noise as large as most of them show."""
-    above = height_above(motion.place, beta)
+def _points_of(motion: Motion, line: BandLine) -> _Points:
+    """The points; noise as large as most of those clear of the line show."""
+    order = np.argsort(np.arctan2(motion.place[:, 1], motion.place[:, 0]), kind="stable")
+    place, rate, std = motion.place[order], motion.rate[order], np.maximum(motion.std[order], _LEAST_STD)
+    above = height_above(place, float(np.radians(line.beta_deg)))
     clear = np.abs(above) > motion.reach_mm / 2
-    angle = np.arctan2(motion.place[:, 1], motion.place[:, 0])
-    order = np.flatnonzero(clear)[np.argsort(angle[clear], kind="stable")]
-    place, rate = motion.place[order], motion.rate[order]
-    std = np.maximum(motion.std[order], _LEAST_STD)
-    if len(order):
-        rest = np.hypot(*(rate - (above[order] > 0)[:, None] * velocity).T) / 1.1774  # median of Rayleigh's
-        std = std * max(float(np.median(rest / std)), 1.0)
+    if clear.any():
+        rest = np.hypot(*(rate - (above > 0)[:, None] * line.velocity)[clear].T) / _MEDIAN_DISTANCE
+        std = std * max(float(np.median(rest / std[clear])), 1.0)
     cells = np.unique(np.floor(place / motion.reach_mm), axis=0)
-    return _Clear(place, rate, std, max(len(place) / max(len(cells), 1), 1.0))
+    width = _WIDTH * motion.reach_mm
+    return _Points(place, rate, std, max(len(place) / max(len(cells), 1), 1.0), width)
 
 
-def _two_bands(clear: _Clear, single: Floats, velocity: Floats) -> float:
+def _doubt(part: Floats, velocity: Floats) -> Floats:
+    """Std of the rate of points within the change across a band: what their subsets see is not known."""
+    return np.asarray(2 * _TRANSITION * np.minimum(part, 1 - part) * np.hypot(*velocity))
+
+
+def _two_bands(points: _Points, single: Floats, velocity: Floats) -> float:
     """Evidence of a second line through the tip with sand between that moves by a part, Eq. (12)."""
     best = -np.inf
     for part in (0.25, 0.5, 0.75):
-        middle, top = part * velocity, velocity
-        for _ in range(3):
-            low, high, logs = _two_cuts(clear, middle, top)
-            if high - low < max(_LEAST_SETS * clear.sharing, 4) or len(clear.rate) - high < 4:
+        middle, top, blur = part * velocity, velocity, _ROUGH
+        low = high = 0
+        for blur in (_ROUGH, _ROUGH / 2, 0.0):
+            low, high = _two_cuts(points, middle, top, blur)
+            if high - low < max(_LEAST_SETS * points.sharing, 4) or len(points.rate) - high < 4:
                 break
-            middle, top = (np.median(clear.rate[a:b], axis=0) for a, b in ((low, high), (high, None)))
+            middle, top = (np.median(points.rate[a:b], axis=0) for a, b in ((low, high), (high, None)))
         else:
-            share = float(middle @ top / (top @ top))
-            if _PART[0] < share < _PART[1]:
-                best = max(best, clear.lead(logs, single, 3))
+            if _PART[0] < float(middle @ top / (top @ top)) < _PART[1]:
+                best = max(best, points.lead(_two_logs(points, low, high, middle, top), single, 3))
     return best
 
 
-def _two_cuts(clear: _Clear, middle: Floats, top: Floats) -> tuple[int, int, Floats]:
-    """Best places of two cuts in the order of angles, between rest, middle and top, and every point's log."""
-    rest, part, whole = (clear.logs(np.asarray(m)) for m in (np.zeros(2), middle, top))
-    sums = [np.concatenate([[0.0], np.cumsum(v)]) for v in (rest, part, whole)]
-    gain = sums[0] - sums[1]
-    best = np.maximum.accumulate(gain)
-    high = int(np.argmax(best + sums[1] - sums[2]))
-    low = int(np.argmax(gain[: high + 1]))
-    return low, high, np.concatenate([rest[:low], part[low:high], whole[high:]])
+def _two_cuts(points: _Points, middle: Floats, top: Floats, blur: float) -> tuple[int, int]:
+    """Best places of two cuts in the order of angles, between rest, middle and top."""
+    logs = [points.logs(np.asarray(m), blur) for m in (np.zeros(2), middle, top)]
+    rest, part, whole = (np.concatenate([[0.0], np.cumsum(v)]) for v in logs)
+    gain = rest - part
+    high = int(np.argmax(np.maximum.accumulate(gain) + part - whole))
+    return int(np.argmax(gain[: high + 1])), high
 
 
-def _along_blade(
-    clear: _Clear, single: Floats, moving: np.ndarray, velocity: Floats, reach_mm: float
-) -> float:
+def _two_logs(points: _Points, low: int, high: int, middle: Floats, top: Floats) -> Floats:
+    """Logarithms of the densities (N,) with two bands through the tip at two cuts."""
+    angle = points.angle
+    lower, upper = (points.above(float(angle[k - 1] + angle[k]) / 2) for k in (max(low, 1), high))
+    expected = lower[:, None] * middle + upper[:, None] * (top - middle)
+    return points.logs(expected, np.hypot(_doubt(lower, middle), _doubt(upper, top - middle)))
+
+
+def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats, reach_mm: float) -> float:
     """Evidence of motion in the block that differs beside the blade and fades with the distance, Eq. (13)."""
     best = -np.inf
-    off = clear.rate - velocity
-    used = moving & (np.abs(off).max(axis=1) < 0.5)
+    off = points.rate - velocity
+    used = (part > 0.99) & (np.abs(off).max(axis=1) < 0.5)
     if used.sum() < _LEAST_POINTS:
         return best
     for reach in _REACHES * reach_mm:
-        fading = np.exp(-clear.place[:, 0] / reach)
-        design = np.column_stack([np.ones(used.sum()), fading[used]]) / clear.std[used, None]
-        (shift, extra), *_ = np.linalg.lstsq(design, off[used] / clear.std[used, None], rcond=None)
+        fading = np.exp(-points.place[:, 0] / reach)
+        design = np.column_stack([np.ones(used.sum()), fading[used]]) / points.std[used, None]
+        (shift, extra), *_ = np.linalg.lstsq(design, off[used] / points.std[used, None], rcond=None)
         beside = float(np.hypot(*extra)) * np.exp(-0.5 * reach_mm / reach)
         if beside < _ALONG * float(np.hypot(*velocity)):
             continue
-        expected = moving[:, None] * (velocity + shift + fading[:, None] * extra)
-        best = max(best, clear.lead(clear.logs(expected), single, 3))
+        expected = part[:, None] * (velocity + shift + fading[:, None] * extra)
+        best = max(best, points.lead(points.logs(expected, _doubt(part, velocity)), single, 3))
     return best
 
 
-def _diffuse(clear: _Clear, single: Floats, beta: float, velocity: Floats, motion: Motion) -> float:
+def _diffuse(points: _Points, single: Floats, beta: float, velocity: Floats, motion: Motion) -> float:
     """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line, Eq. (14)."""
     best = -np.inf
-    share = clear.rate @ velocity / (velocity @ velocity)
-    if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * clear.sharing:
+    share = points.rate @ velocity / (velocity @ velocity)
+    if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * points.sharing:
         return best  # nothing moves by a part
-    far = float(np.max(np.hypot(*clear.place.T)))
+    far = float(np.max(np.hypot(*points.place.T)))
     for turn in np.radians(_TURNS_DEG):
         angle = beta + turn
-        above = height_above(clear.place, angle)
-        fans = [np.radians(f) for f in _FANS_DEG if np.radians(f) * far / 2 > motion.reach_mm / 2]
-        parts = [ndtr((clear.angle - angle) / fan) for fan in fans]
+        above = height_above(points.place, angle)
+        fans = [np.radians(f) for f in _FANS_DEG if np.radians(f) * far > motion.reach_mm]
+        parts = [ndtr((points.angle - angle) / fan) for fan in fans]
         parts += [ndtr(above / width) for width in _WIDTHS * motion.reach_mm]
         block = block_velocity(motion, min(angle + np.radians(5.0), 1.5))[0]
         for part in parts:
-            best = max(best, clear.lead(clear.logs(part[:, None] * block), single, 1))
+            best = max(best, points.lead(points.logs(part[:, None] * block), single, 1))
     return best

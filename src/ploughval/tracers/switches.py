@@ -32,7 +32,7 @@ def start_of(
         _moved_between(motions[index], float(row["u_mm"] + row["du_mm"] / 2), episodes, number)
         for index, (_, row) in zip(rows.index.tolist(), rows.iterrows(), strict=True)
     ]
-    if not np.isfinite(found).all() or len(episodes[number].rows) == 1:
+    if not np.isfinite(found).all():
         return u0 + du / 2, du / np.sqrt(12.0)
     left, std = np.sum(found, axis=0)
     least = float(rows["u_mm"].iloc[0])
