@@ -110,7 +110,7 @@ def test_picture_out_of_focus_renews_no_reference(sand):
         picture = sand.picture((1.5 * frame, 0), noise=1, seed=frame)
         picture = cv2.GaussianBlur(picture, (0, 0), 2.5) if frame == 2 else picture
         found = tracker.advance(picture, all_sand(sand))
-        assert (found.status == Status.OK).mean() > 0.95
+        assert (found.status == Status.OK).mean() > 0.9
     assert tracker.reference_frames == (0,)
     assert np.abs(found.position_px - points - [6.0, 0]).max() < 0.03
 

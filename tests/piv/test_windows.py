@@ -5,7 +5,7 @@ import pytest
 from ploughval.axes import Status
 from ploughval.piv import Tracker
 from ploughval.piv.guess import Greys
-from ploughval.piv.windows import MARGIN_PX, rank_windows, shapes_of
+from ploughval.piv.windows import margin_of, rank_windows, shapes_of
 from ploughval.scene import Piv
 
 FRAMES, STEP, PARTS = 6, 4.0, 16
@@ -110,21 +110,30 @@ def test_neither_threads_of_opencv_nor_workers_change_a_bit(sand, followed, thre
         assert one.status.tobytes() == other.status.tobytes()
 
 
-def test_every_window_holds_its_point_with_a_margin():
-    sides, shifts = shapes_of(31)
-    reach = sides[:, None] // 2 - np.abs(shifts)
-    assert reach.min() == MARGIN_PX
-    assert (sides % 2 == 1).all()
-    assert not shifts[sides == 13][0].any()
+@pytest.mark.parametrize("margin", [2, 4, 6])
+def test_every_window_holds_its_point_with_a_margin(margin):
+    shapes = shapes_of(31, margin)
+    reach = shapes.sides[:, None] // 2 - np.abs(shapes.shifts)
+    assert reach.min() == min(margin, 5)  # the small ones, of 13 px, are shifted by one pixel at least
+    assert (shapes.sides % 2 == 1).all()
+    assert not shapes.shifts[shapes.sides == 13][0].any()
+
+
+def test_margin_grows_with_what_a_band_sweeps_over_between_two_frames():
+    still, moving = np.zeros((60, 2)), np.tile([12.0, 5.0], (40, 1))
+    assert margin_of(still) == 2.0
+    assert margin_of(np.concatenate([still, moving])) == pytest.approx(0.3 * 13.0 + 1.0)
+    assert margin_of(np.concatenate([still, 9 * moving])) == 6.0
+    assert margin_of(np.full((3, 2), np.nan)) == 2.0
 
 
 @pytest.mark.parametrize("subset", [31, 61])
 def test_rank_is_the_correlation_of_the_window_at_whole_pixels(sand, subset):
     reference, current = sand.picture(), sand.picture((3.0, -2.0), noise=4, seed=2)
     point, moved = np.array([[120.0, 100.0]]), np.array([[[3.0, -2.0], [np.nan, np.nan]]])
-    ranks = rank_windows(Greys(reference, current), point, moved, subset)
-    sides, shifts = shapes_of(subset)
-    for number, (side, (x, y)) in enumerate(zip(sides, shifts, strict=True)):
+    shapes = shapes_of(subset, 2)
+    ranks = rank_windows(Greys(reference, current), point, moved, shapes)
+    for number, (side, (x, y)) in enumerate(zip(shapes.sides, shapes.shifts, strict=True)):
         rows = slice(100 + y - side // 2, 100 + y + side // 2 + 1)
         columns = slice(120 + x - side // 2, 120 + x + side // 2 + 1)
         there = np.roll(current, (2, -3), axis=(0, 1))[rows, columns]

@@ -19,6 +19,7 @@ from ploughval.piv.windows import (
     REACH,
     WHOLE,
     Level,
+    margin_of,
     match_windows,
     motions_about,
     rank_windows,
@@ -191,7 +192,10 @@ class Attempts:
         state, fit, alive = self._state, self.fit, self._alive
         whole = state.window == WHOLE
         clean = np.flatnonzero((fit.status == Status.OK) & whole)
-        level = Level(noise_level(fit), float(np.percentile(fit.zncc[clean], 75)) if clean.size else 1.0)
+        moved = (self.positions() - state.position)[clean]
+        shapes = shapes_of(self._subset, margin_of(moved))
+        usual = float(np.percentile(fit.zncc[clean], 75)) if clean.size else 1.0
+        level = Level(noise_level(fit), usual, shapes)
         doubtful = np.union1d(suspects(fit, level.residual), np.flatnonzero(~whole))
         left = np.intersect1d(doubtful, alive)
         steps = self._near_steps(np.setdiff1d(clean, left), left)
@@ -199,7 +203,7 @@ class Attempts:
         torn = np.isfinite(steps[:, 1, 0]) | failed
         left, steps = left[torn], steps[torn]
         trusted = np.setdiff1d(clean, left)
-        same = np.arange(len(shapes_of(self._subset)[0])) == state.window[left][:, None]
+        same = np.arange(shapes.sides.size) == state.window[left][:, None]
         done = self._windows(left, steps, level, same)
         found, left = left[done], left[~done]
         for _ in range(ROUNDS):
@@ -241,7 +245,7 @@ class Attempts:
             candidates = steps[some] + (state.last[part] - held.position[part])[:, None]
             if kept is None:
                 greys = Greys(held.picture.grey, current.picture.grey)
-                ranks = rank_windows(greys, held.position[part], candidates, self._subset)
+                ranks = rank_windows(greys, held.position[part], candidates, level.shapes)
             else:
                 ranks = np.where(kept[some, None], np.isfinite(candidates[:, :, :1]) * 2.0 - 1.0, -1.0)
             inward = facing.places(part), candidates + facing.shift

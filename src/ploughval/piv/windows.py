@@ -17,8 +17,10 @@ Index = NDArray[np.intp]
 
 SIDES = (2 / 3, 0.42)
 """Sides of the windows over that of a whole subset; all are tried in this order."""
-MARGIN_PX = 4
-"""A window reaches so far beyond its point: nearer to a band the motion is not known."""
+MARGIN_PX = (2.0, 6.0)
+"""A window reaches so far beyond its point, least and most: nearer to a band the motion is not known."""
+SWEPT = 0.3
+"""A band's line turns as the blade advances, and sweeps over the sand beside it by so much of the advance."""
 LIMIT_PX = 1.0
 """A window stays within this distance of a motion that its neighbours have."""
 LEAST_ZNCC = 0.88
@@ -40,11 +42,26 @@ REACH = 2.0
 
 
 @dataclass(frozen=True, slots=True)
+class Shapes:
+    """Small windows about a point.
+
+    Attributes
+    ----------
+    sides : (W,) int, px
+    shifts : (W, 2) int, px, of their centres from the point's pixel
+    """
+
+    sides: NDArray[np.int64]
+    shifts: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
 class Level:
-    """What undisturbed subsets of a frame reach: residual variance and correlation."""
+    """What undisturbed subsets of a frame reach, residual variance and correlation, and its windows."""
 
     residual: float
     zncc: float
+    shapes: Shapes
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,17 +72,25 @@ class Found:
     window: Index
 
 
-def shapes_of(subset: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Sides (W,) and shifts (W, 2) px of all windows, the wide ones first and of these the central one."""
+def margin_of(steps: Floats) -> float:
+    """How far windows must reach beyond their points, px, when these moved by steps (N, 2) px in a frame."""
+    travel = np.linalg.norm(steps, axis=1)
+    travel = travel[np.isfinite(travel)]
+    most = float(np.percentile(travel, 95)) if travel.size else 0.0
+    return float(np.clip(SWEPT * most + 1.0, *MARGIN_PX))
+
+
+def shapes_of(subset: int, margin_px: float) -> Shapes:
+    """All windows that reach a margin beyond their point: wide ones first, central ones before others."""
     sides, shifts = [], []
     for share in SIDES:
         side = max(2 * int(share * subset / 2) + 1, 9)
-        far = max(side // 2 - MARGIN_PX, 1)
+        far = max(side // 2 - round(margin_px), 1)
         steps = [(x, y) for y in (-far, 0, far) for x in (-far, 0, far)]
         for step in sorted(steps, key=lambda s: abs(s[0]) + abs(s[1])):
             sides.append(side)
             shifts.append(step)
-    return np.array(sides, np.int64), np.array(shifts, np.int64).reshape(-1, 2)
+    return Shapes(np.array(sides, np.int64), np.array(shifts, np.int64).reshape(-1, 2))
 
 
 def motions_about(known: Floats, displacement: Floats, points: Floats, reach_px: float) -> Floats:
@@ -91,13 +116,13 @@ def motions_about(known: Floats, displacement: Floats, points: Floats, reach_px:
     return out
 
 
-def rank_windows(greys: Greys, points: Floats, candidates: Floats, subset: int) -> Floats:
+def rank_windows(greys: Greys, points: Floats, candidates: Floats, shapes: Shapes) -> Floats:
     """Correlation (N, K, W) of all windows at displacements (N, K, 2) as they are; -1 where there is none.
 
     Bilinear and 8 bit: it only tells which windows are worth a match. All sums are of whole numbers and
     exact, so that they do not depend on the order in which they are added.
     """
-    sides, shifts = shapes_of(subset)
+    sides, shifts = shapes.sides, shapes.shifts
     half = int((np.abs(shifts).max(axis=1) + sides // 2).max())
     axis = np.arange(-half, half + 1)
     ox, oy = (a.ravel() for a in np.meshgrid(axis, axis))
@@ -147,14 +172,14 @@ def match_windows(pair: Pair, points: Floats, candidates: Floats, ranks: Floats,
     ranks : (N, K, W) float
         Correlation of every window as found by :func:`rank_windows`; -1: not to be tried.
     level : Level
-        What undisturbed subsets reach.
+        What undisturbed subsets reach, and the windows.
 
     Returns
     -------
     Found
         Status OK, or LOW_CORRELATION where no window will do; parameters are those of the pair's recipe.
     """
-    sides, shifts = shapes_of(pair.recipe.subset)
+    sides, shifts = level.shapes.sides, level.shapes.shifts
     best = Fit.empty(len(points), pair.recipe.terms, Status.LOW_CORRELATION)
     chosen = np.full(len(points), WHOLE, np.intp)
     for side in np.unique(sides)[::-1]:
@@ -180,7 +205,7 @@ def torn_between(
     pair: Pair, points: Floats, candidates: Floats, found: Found, level: Level
 ) -> NDArray[np.bool_]:
     """Whether the mirrored window fits another motion as well, (N,): the band is upon the point."""
-    sides, shifts = shapes_of(pair.recipe.subset)
+    sides, shifts = level.shapes.sides, level.shapes.shifts
     torn = np.zeros(len(points), bool)
     apart = np.abs(candidates - found.fit.params[:, None, :, 0]).max(axis=2) > LIMIT_PX
     shifted = (found.window != WHOLE) & shifts[found.window].any(axis=1)
