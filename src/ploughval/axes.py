@@ -126,6 +126,7 @@ INCREMENT_COLUMNS = (
     "evidence",
 )
 BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
+VOLUME_COLUMNS = ("frame", "u_mm", "area_mm2", "swept_mm2", "difference_mm2", "std_mm2", "ratio")
 BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
 MODEL_FORCE_COLUMNS = ("u_mm", "force_N", "beta_deg", "outcrop_x_mm", "band")
 

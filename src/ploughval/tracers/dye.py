@@ -266,7 +266,7 @@ class DyeFollower:
             apart = cKDTree(points).query(np.column_stack([self._place[column], row]))[0]
             told = np.maximum(apart - spacing / 2 - 1.5, 0.0) / (_CARRIED * self._thickness)
             beside = cKDTree(points[:, :1]).query(self._place[column][:, None])[0]
-            cost = np.where(beside < 3 * spacing + self._thickness, told, cost)
+            cost = np.where(beside < 1.5 * spacing + 2, told, cost)
         if several:
             dye = self._dyes[height]
             cost = cost + np.maximum(np.abs(grey - dye.dyed) / abs(_OTHER_GREY * dye.contrast) - 0.6, 0.0)
