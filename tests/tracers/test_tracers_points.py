@@ -54,3 +54,14 @@ def test_the_grid_has_the_spacing_that_was_asked_for(stage):
         points, _ = place(stage(), spacing_px=spacing)
         columns = np.unique(points.px[np.isnan(points.layer_mm), 0])
         assert np.diff(columns) == pytest.approx(expected)
+
+
+def test_the_grid_is_coarser_where_sand_stays(stage):
+    drawn = stage()
+    points, _ = place(drawn, spacing_px=8.0)
+    grid = points.px[np.isnan(points.layer_mm)]
+    deep = drawn.calibration.to_mm(grid)[:, 1] < -10 * drawn.mm_per_px  # no subset of 21 px reaches the tip
+    assert deep.sum() > 20
+    for part, spacing in ((grid[deep], 16.0), (grid[~deep], 8.0)):
+        assert np.diff(np.unique(part[:, 0])) == pytest.approx(spacing)
+        assert np.diff(np.unique(part[:, 1])) == pytest.approx(spacing)

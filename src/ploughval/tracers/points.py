@@ -11,6 +11,7 @@ from ploughval.tracers.view import Floats, Mapping, Mask
 
 _LEAST_SAND = 0.5  # share of a subset that must be sand
 _BELOW = 0.5  # of the depth: sand below the tip's level that is tracked too
+_COARSER = 2  # below the reach of the tip, where sand stays, the grid has this many times the spacing
 _LAYER_SHARE = 1 / 3  # spacing along a layer, in spacings of the grid
 
 
@@ -50,7 +51,8 @@ def place_points(sand: NDArray[np.bool_], calibration: Mapping, scene: Scene) ->
     Returns
     -------
     PointSet
-        The grid first, row by row, then the layers; no point outside the sand or behind the face.
+        The grid first, row by row, then the layers; no point outside the sand or behind the face. The grid is
+        coarser where no subset reaches above the tip's level: nothing shears there.
     """
     window = (scene.piv.subset_px, scene.piv.subset_px)
     share = np.asarray(cv2.blur(sand.astype(np.float32), window, borderType=cv2.BORDER_CONSTANT), np.float32)
@@ -61,7 +63,9 @@ def place_points(sand: NDArray[np.bool_], calibration: Mapping, scene: Scene) ->
     rows = np.arange(margin, height - margin, step)
     grid = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2).astype(float)
     place = calibration.to_mm(grid)
-    wanted = (place[:, 0] > 0) & (place[:, 1] > -_BELOW * scene.blade.depth_mm)
+    coarse = np.outer(np.arange(len(rows)) % _COARSER == 0, np.arange(len(columns)) % _COARSER == 0).ravel()
+    fine = place[:, 1] > -margin * calibration.mm_per_px
+    wanted = (place[:, 0] > 0) & (place[:, 1] > -_BELOW * scene.blade.depth_mm) & (fine | coarse)
     px, layer = [grid[wanted]], [np.full(int(wanted.sum()), np.nan)]
     for layer_mm in scene.tracers.layers_mm if scene.tracers is not None else ():
         row = _along(layer_mm, max(step * _LAYER_SHARE, 2.0), grid, calibration)
