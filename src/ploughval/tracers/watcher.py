@@ -113,11 +113,12 @@ class Watcher:
         self._rest = self._view.offset((shift_px[0] - whole[0], shift_px[1] - whole[1]))
         cut = self._view.cut(back)
         lighting = self._light.compare(cut)
+        expected = self._blade.predicted
         blade = self._blade.find(cut, lighting)
         face = blade.column
         if not np.isfinite(face):
             log.warning("frame %d: the blade's face was not found", frame)
-            face = self._blade.predicted
+            face = expected
         surface = self._surface.find(cut, lighting, face, face - self._face)
         self._face = face
         parts = self._regions(surface, face)
