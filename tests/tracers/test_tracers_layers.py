@@ -1,6 +1,7 @@
 """Material lines carried by tracks, against exact block kinematics."""
 
 import numpy as np
+import pytest
 
 from ploughval.axes import LAYER_COLUMNS, Status
 from ploughval.tracers import layers_from_tracks
@@ -54,6 +55,32 @@ def test_lost_points_are_absent(kinematics):
 def test_noise_tears_nothing(kinematics):
     block_of, tracks_of, _ = kinematics
     table = layers_from_tracks(tracks_of(block_of(lambda _: 80.0), np.zeros(3), layers=(10.0,), noise=0.03))
+    assert not table["x_mm"].isna().any()
+
+
+@pytest.mark.parametrize(("noise", "torn"), [(0.002, True), (0.05, False)])
+def test_a_small_tear_is_told_from_noise(kinematics, noise, torn):
+    """0.11 mm of travel shift the block by 0.12 mm, a quarter of the points' spacing of 0.5 mm."""
+    block_of, tracks_of, _ = kinematics
+    data = tracks_of(block_of(lambda _: 80.0), np.array([0.0, 0.11]), layers=(10.0, 20.0), noise=noise)
+    table = layers_from_tracks(data)
+    for height in (10.0, 20.0):
+        line = table[(table["frame"] == 1) & (table["layer"] == height)]
+        gaps = np.flatnonzero(line["x_mm"].isna())
+        assert len(gaps) == int(torn)
+        if torn:
+            cut = 0.11 + height * 80.0 / 30.0  # where the band stands, to a spacing
+            assert line["x_mm"].to_numpy()[gaps[0] - 1] == pytest.approx(cut, abs=1.0)
+
+
+def test_even_strain_tears_nothing_also_over_lost_points(kinematics):
+    """Stretched by 4 %: points ten spacings apart move apart by 0.2 mm, and are not torn."""
+    block_of, tracks_of, _ = kinematics
+    data = tracks_of(block_of(lambda _: 80.0), np.zeros(2), layers=(10.0,), noise=0.001)
+    data["x_mm"][1] = data["x_mm"][1] * 1.04
+    member = np.flatnonzero(data["layer_mm"].to_numpy() == 10.0)
+    data["status"][1, member[50:60]] = Status.LOW_CORRELATION
+    table = layers_from_tracks(data)
     assert not table["x_mm"].isna().any()
 
 
