@@ -140,6 +140,21 @@ def test_outcrop_lies_on_the_surface_or_on_the_modelled_inclination(results):
     assert len(outcrops(results.bands, 61.0)) == 0
 
 
+def test_volume_figure_draws_ratios_with_twice_their_std_and_leaves_gaps_out():
+    volume = pd.DataFrame(
+        {
+            "u_mm": [1.0, 2.0, 3.0],
+            "swept_mm2": [30.0, 60.0, 90.0],
+            "std_mm2": 1.5,
+            "ratio": [1.1, np.nan, 0.9],
+        }
+    )
+    container = figures.volume_figure(volume).axes[0].containers[0]
+    np.testing.assert_allclose(container.lines[0].get_xydata(), [[1.0, 1.1], [3.0, 0.9]])
+    bars = container.lines[2][0].get_segments()
+    np.testing.assert_allclose([np.ptp(bar[:, 1]) / 2 for bar in bars], [2 * 1.5 / 30, 2 * 1.5 / 90])
+
+
 def test_field_figure_colours_points_by_displacement_per_millimetre_of_blade(results):
     tracks = results.tracks
     position, moved = increment(tracks, 2, 4)

@@ -1,9 +1,11 @@
 """Photographs and log that contradict each other are told apart: scale, clocks, single frames."""
 
 import numpy as np
+import pandas as pd
+import pytest
 
 from ploughval.run.clock import Displacement
-from ploughval.run.doubts import doubts
+from ploughval.run.doubts import doubts, heap_doubts
 
 U = np.linspace(0, 50, 26)
 NOISE = np.random.default_rng(4).normal(0, 0.01, len(U))
@@ -40,3 +42,21 @@ def test_clocks_that_are_far_apart_are_said():
 
 def test_without_a_log_nothing_contradicts():
     assert doubts(displacement(2 * U, source="photographs"), 2 * U, 0.1, 50.0) == []
+
+
+def volume(ratio, std_share=0.01):
+    swept = 30.0 * U[1:]
+    heap = ratio * swept
+    columns = {"area_mm2": heap, "swept_mm2": swept, "difference_mm2": heap - swept, "ratio": heap / swept}
+    return pd.DataFrame({"frame": range(1, 26), "u_mm": U[1:], **columns, "std_mm2": std_share * swept})
+
+
+@pytest.mark.parametrize(("ratio", "std_share", "said"), [(1.02, 0.01, 0), (1.2, 0.01, 1), (1.2, 0.1, 0)])
+def test_a_heap_is_doubted_when_it_differs_clearly_from_what_was_swept(ratio, std_share, said):
+    found = heap_doubts(volume(ratio, std_share))
+    assert len(found) == said
+    assert all("120 %" in text for text in found)
+
+
+def test_a_surface_that_is_never_complete_raises_no_doubt():
+    assert heap_doubts(volume(1.2).assign(ratio=np.nan)) == []

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
-from ploughval.report.figures import blade_figure
+from ploughval.report.figures import blade_figure, volume_figure
 from ploughval.report.results import CalibrationEntry, FrameEntry, Results
 from ploughval.report.text import MISSING, number, with_std
 
@@ -21,6 +21,16 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
                 "Blade position seen in the photographs minus the displacement used, against displacement.",
                 "Blade seen in the photographs against the displacement used: a slope would be a wrong "
                 "scale, an offset a wrong clock.",
+            )
+        )
+    if results.volume is not None and results.volume["ratio"].notna().any():
+        middle = float(results.volume["ratio"].median())
+        drawings.append(
+            pen.draw(
+                volume_figure(results.volume),
+                f"Area of the heap over the area swept by the blade; the median is {number(middle, 3)}.",
+                "Area of the heap ahead of the blade over the area that the blade has swept, with twice its "
+                "standard deviation: a check of scale, tip and surface. Above 1: sand has loosened.",
             )
         )
     lost = [entry for entry in run.frames if not entry.used]
@@ -58,11 +68,13 @@ def _ledger(caption: str, frames: list[FrameEntry], *, folded: bool) -> Table:
             value_cell(f.time_s, 6),
             value_cell(f.u_mm),
             Cell(f.status.replace("_", " "), mark="" if f.used else "differs"),
-            Cell(f.reason),
+            Cell("; ".join([*([f.reason] if f.reason else []), *f.notes])),
         ]
         for f in frames
     ]
-    return Table(caption, ("Frame", "File", "Time, s", "u, mm", "Status", "Reason"), rows, folded=folded)
+    return Table(
+        caption, ("Frame", "File", "Time, s", "u, mm", "Status", "Reason and notes"), rows, folded=folded
+    )
 
 
 def provenance_chapter(results: Results) -> Chapter | None:

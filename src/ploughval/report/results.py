@@ -20,6 +20,7 @@ from ploughval.axes import (
     LAYER_COLUMNS,
     MODEL_FORCE_COLUMNS,
     SURFACE_COLUMNS,
+    VOLUME_COLUMNS,
 )
 from ploughval.errors import DataError
 
@@ -53,6 +54,7 @@ class FrameEntry(_Entry):
     u_mm: Number = None
     status: Text = "ok"
     reason: Text = ""
+    notes: tuple[Text, ...] = ()
 
     @property
     def used(self) -> bool:
@@ -120,6 +122,7 @@ class Results:
     tracks: xr.Dataset | None
     layers: pd.DataFrame | None
     surface: pd.DataFrame | None
+    volume: pd.DataFrame | None
     bands: pd.DataFrame | None
     increments: pd.DataFrame | None
     budget: pd.DataFrame | None
@@ -205,6 +208,7 @@ def read_results(folder: Path | str) -> Results:
         tracks=_tracks(folder / "tracks.nc"),
         layers=_table(folder / "layers.csv", LAYER_COLUMNS),
         surface=_table(folder / "surface.csv", SURFACE_COLUMNS),
+        volume=_table(folder / "volume.csv", VOLUME_COLUMNS),
         bands=_table(folder / "bands.csv", BAND_COLUMNS),
         increments=_table(folder / "increments.csv", INCREMENT_COLUMNS),
         budget=_table(folder / "budget.csv", BUDGET_COLUMNS),

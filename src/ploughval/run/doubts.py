@@ -1,6 +1,7 @@
-"""Where photographs and log contradict each other about the blade."""
+"""Where measurements contradict each other: blade and log, heap and swept area."""
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.run.clock import Displacement
@@ -11,6 +12,8 @@ APART_PX, APART_SHARE = 2.0, 0.02
 """Blade in the photographs and log: differences beyond pixels and beyond a share of the travel are said."""
 SCALE, STDS = 0.005, 4.0
 """So is a travel that differs by this share and by so many standard deviations."""
+HEAP_SHARE, HEAP_STDS = 0.05, 3.0
+"""So is a heap that differs from what was swept by this share and by so many standard deviations."""
 LONE_PX, LONE_SPREADS = 2.0, 8.0
 """So is a single frame off by so many pixels and so many robust standard deviations of the others."""
 
@@ -59,3 +62,24 @@ def doubts(displacement: Displacement, blade_x_mm: Floats, mm_per_px: float, tra
                 "other frames agree: is its time right?"
             )
     return said
+
+
+def heap_doubts(volume: pd.DataFrame) -> list[str]:
+    """A sentence where the area of the heap ahead of the blade does not answer to what the blade swept.
+
+    Parameters
+    ----------
+    volume : DataFrame of VOLUME_COLUMNS
+        Of all frames; only those with a ratio are judged, by their median.
+    """
+    known = volume.dropna(subset=["ratio", "std_mm2"])
+    if known.empty:
+        return []
+    ratio = float(known["ratio"].median())
+    std = float((known["std_mm2"] / known["swept_mm2"]).median())
+    if abs(ratio - 1) <= max(HEAP_SHARE, HEAP_STDS * std):
+        return []
+    return [
+        f"the heap ahead of the blade holds {100 * ratio:.0f} % (std {100 * std:.1f} %) of the area that the "
+        "blade has swept: sand loosens or escapes, or scale, tip or surface are wrong"
+    ]

@@ -27,6 +27,7 @@ class Findings:
     force: ForceResult | None = None
     tracks: xr.Dataset | None = None
     surface: pd.DataFrame | None = None
+    volume: pd.DataFrame | None = None
     layers: pd.DataFrame | None = None
     bands: BandFindings | None = None
     history: History | None = None

@@ -18,12 +18,12 @@ from ploughval.model import History, simulate
 from ploughval.photos import calibrate, open_frames
 from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
-from ploughval.run.doubts import doubts
+from ploughval.run.doubts import doubts, heap_doubts
 from ploughval.run.findings import Findings
 from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import Progress, WindowRecord, watch
 from ploughval.scene import Scene, Step, load_scene
-from ploughval.tracers import find_bands, layers_from_tracks
+from ploughval.tracers import area_balance, find_bands, layers_from_tracks
 
 Value = TypeVar("Value")
 LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
@@ -220,6 +220,9 @@ class _Run:
         assert found.calibration is not None
         assert found.frames is not None
         surface = found.surface = tables.surface_table(window, u_mm)
+        blade = tables.blade_table(window, found.frames.time_s, u_mm)
+        found.volume = area_balance(surface, blade, self.scene.blade.depth_mm)
+        found.warnings += heap_doubts(found.volume)
         if self.scene.tracers is not None:
             found.layers = pd.DataFrame(columns=axes.LAYER_COLUMNS)
         kept = []

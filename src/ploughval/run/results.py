@@ -26,6 +26,7 @@ FILES = (
     "tracks.nc",
     "layers.csv",
     "surface.csv",
+    "volume.csv",
     "bands.csv",
     "model/force.csv",
     "model/layers.csv",
@@ -130,6 +131,7 @@ def _write_measured(writer: _Writer, found: Findings) -> None:
         writer.netcdf("tracks.nc", found.tracks)
     writer.csv("layers.csv", found.layers, axes.LAYER_COLUMNS)
     writer.csv("surface.csv", found.surface, axes.SURFACE_COLUMNS)
+    writer.csv("volume.csv", found.volume, axes.VOLUME_COLUMNS)
     if found.bands is not None:
         writer.csv("bands.csv", found.bands.bands, axes.BAND_COLUMNS)
         writer.csv("increments.csv", found.bands.increments, axes.INCREMENT_COLUMNS)

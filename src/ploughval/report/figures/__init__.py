@@ -8,6 +8,7 @@ from ploughval.report.figures.layers import Picture, Side, layers_figure
 from ploughval.report.figures.preview import preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
 from ploughval.report.figures.soil import mobilised_figure
+from ploughval.report.figures.volume import volume_figure
 
 __all__ = [
     "Picture",
@@ -23,4 +24,5 @@ __all__ = [
     "layers_figure",
     "mobilised_figure",
     "preview_figure",
+    "volume_figure",
 ]
