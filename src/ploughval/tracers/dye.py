@@ -85,7 +85,10 @@ class DyeFollower:
         self._dyes = {h: self._learn(grey, thin, h) for h in rows}
         self._groups = _groups(self._dyes)
         self._strip: Floats | None = None
-        self.reasons: tuple[str, ...] = ()
+
+    def stands_out(self, height: float) -> bool:
+        """Whether a layer could be told from the sand beside it at rest."""
+        return bool(np.isfinite(self._dyes[height].dyed))
 
     def follow(
         self,

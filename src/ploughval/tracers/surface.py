@@ -29,21 +29,30 @@ _STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
 _RIM, _SCRAP = 14, 12  # points beside a hidden stretch, and in a row between two, that are not believed
 _BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
-_LEAST_SEEN = 0.05  # of the points: fewer are no surface
+_LEAVES, _BELOW, _ABOVE, _BEYOND = 1, 2, 3, 4
+_CAUSES = (
+    "",
+    "it leaves the picture",
+    "what lies below does not look like sand",
+    "what lies above does not look like air",
+    "it would have moved further than the blade can move it",
+)
+_NO_ROOM = "no room is left between the blade and the end of the picture"
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceTrace:
     """The surface in the view: (M,) columns, rows and std, px; ahead of the face, left to right.
 
-    ``hidden``: (K, 2) first and last columns of the stretches that are not seen. ``top``: (w,) row of
-    the surface in every column, from the last photograph in which it was seen there.
+    ``hidden``: (K, 2) first and last columns of the stretches that are not seen, ``causes`` why.
+    ``top``: (w,) row of the surface in every column, from the last photograph in which it was seen there.
     """
 
     column: Floats
     row: Floats
     std_px: Floats
     hidden: Floats
+    causes: tuple[str, ...]
     top: Floats
 
 
@@ -102,7 +111,7 @@ class SurfaceFinder:
         count = (width - first) // STEP_PX
         if count < _LEAST_POINTS:
             none = np.empty(0)
-            return SurfaceTrace(none, none, none, np.array([[first, width - 1.0]]), self._top)
+            return SurfaceTrace(none, none, none, np.empty((0, 2)), (_NO_ROOM,), self._top)
         start, rows = self._strips(first, count, travel)
         upper = max(int(start.min()) - _WINDOW[2], 0)
         lower = min(int(start.max()) + rows + _SKIN_PX + _WINDOW[2], image.shape[0])
@@ -110,13 +119,13 @@ class SurfaceFinder:
         path = self._path(band, first, start - upper, rows)
         column = first + STEP_PX * np.arange(count) + (STEP_PX - 1) / 2
         row, std = _refine(band.grey, column, path - 0.5)
-        seen = self._plausible(band, column, row, path - start + upper, rows)
+        doubt = self._doubts(band, column, row, path - start + upper, rows)
         row += upper
-        seen &= (row > 1.5) & (row < self._look.rows - 1.5)
-        if seen.mean() < _LEAST_SEEN:
-            seen[:] = False
+        doubt[(row <= 1.5) | (row >= self._look.rows - 1.5)] = _LEAVES
+        seen = _without_scraps(doubt == 0)
         self._remember(column, row, seen)
-        return SurfaceTrace(column[seen], row[seen], std[seen], _stretches(column, ~seen), self._top.copy())
+        hidden, causes = _stretches(column, ~seen, doubt)
+        return SurfaceTrace(column[seen], row[seen], std[seen], hidden, causes, self._top.copy())
 
     def _strips(self, first: int, count: int, travel: float) -> tuple[Ints, int]:
         """Uppermost row in which each point may stand, and how many rows it may take."""
@@ -143,8 +152,8 @@ class SurfaceFinder:
         reach = int(np.ceil(_STEEPEST * STEP_PX))
         return likeliest_path(cost, start, reach, _STIFFNESS).astype(float)
 
-    def _plausible(self, band: Band, column: Floats, row: Floats, place: Floats, rows: int) -> Mask:
-        """Whether sand lies below each point and air above it, and it does not press against its strip."""
+    def _doubts(self, band: Band, column: Floats, row: Floats, place: Floats, rows: int) -> Ints:
+        """Why each point is not believed, an index into _CAUSES; 0: it is."""
         known = self._look.known_rows - band.first_row
         around = surroundings((band.grey, band.level, band.change), known, self._tables, column, row, _WINDOW)
         around = median_filter(around, (_AGREE, 1), mode="nearest")
@@ -153,11 +162,13 @@ class SurfaceFinder:
             least, usual = (float(np.nanpercentile(texture, q)) for q in (5, 50))
             self._usual = Usual(least, usual, float(np.nanmedian(noise)))
         flat = self._usual.flat(float(np.nanmedian(texture)) if np.isfinite(texture).any() else np.inf)
-        below = ~((sand < _STRANGE * self._look.unknown_sand) | (texture < flat))
-        above = ~(air < _STRANGE * self._look.unknown_air)
+        doubt = np.zeros(len(row), np.int64)
         pressed = (place <= 1) | (place >= rows - 1)
         pressed = median_filter(pressed, _AGREE, mode="nearest")
-        return _without_scraps(below & above & ~pressed)
+        doubt[pressed] = _BEYOND
+        doubt[air < _STRANGE * self._look.unknown_air] = _ABOVE
+        doubt[(sand < _STRANGE * self._look.unknown_sand) | (texture < flat)] = _BELOW
+        return doubt
 
     def _remember(self, column: Floats, row: Floats, seen: Mask) -> None:
         """Keep the surface where it was seen; elsewhere keep what was known, and look wider next time."""
@@ -190,10 +201,14 @@ def _without_scraps(seen: Mask) -> Mask:
     return rimmed
 
 
-def _stretches(column: Floats, hidden: Mask) -> Floats:
-    """First and last columns of successive points that are hidden, (K, 2)."""
+def _stretches(column: Floats, hidden: Mask, doubt: Ints) -> tuple[Floats, tuple[str, ...]]:
+    """First and last columns of successive points that are hidden, (K, 2), and the commonest causes."""
     edge = np.flatnonzero(np.diff(np.concatenate([[False], hidden, [False]]).astype(int)))
-    return np.column_stack([column[edge[::2]], column[edge[1::2] - 1]])
+    causes = []
+    for first, last in zip(edge[::2], edge[1::2], strict=True):
+        count = np.bincount(doubt[first:last], minlength=len(_CAUSES))
+        causes.append(_CAUSES[1 + int(np.argmax(count[1:]))])
+    return np.column_stack([column[edge[::2]], column[edge[1::2] - 1]]), tuple(causes)
 
 
 def _refine(grey: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:

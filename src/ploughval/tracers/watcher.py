@@ -176,6 +176,12 @@ class Watcher:
         mm = {h: self._calibration.to_mm(np.asarray(px, float) - whole) for h, px in carried.items()}
         return {h: np.column_stack([view.column(p[:, 0]), view.row(p[:, 1])]) for h, p in mm.items()}
 
+    def _why_not(self, height: float) -> str:
+        """Why a dyed layer is absent."""
+        if self._dye is not None and not self._dye.stands_out(height):
+            return "its grey does not differ from that of the sand beside it at rest"
+        return "no dyed sand was found where it is expected"
+
     def _sight(
         self, blade: BladeSight, surface: SurfaceTrace, dyed: dict[float, Floats], parts: Bytes, lit: bool
     ) -> Sight:
@@ -188,12 +194,14 @@ class Watcher:
         reasons = [] if lit else ["light: it cannot be compared with that of the first photograph"]
         if not np.isfinite(blade.column):
             reasons.append("blade: the face was not found")
-        for first, last in surface.hidden:
+        if len(surface.hidden) < len(surface.causes):
+            reasons.append(f"surface: {surface.causes[0]}")
+        for (first, last), cause in zip(surface.hidden, surface.causes, strict=False):
             start, end = view.x_mm(first - across), view.x_mm(last - across)
-            reasons.append(f"surface: not seen from x = {start:.1f} to {end:.1f} mm")
+            reasons.append(f"surface: not seen from x = {start:.1f} to {end:.1f} mm: {cause}")
         for height, points in dyed_mm.items():
             if not np.isfinite(points[:, 0]).any():
-                reasons.append(f"layer {height:g} mm: not found")
+                reasons.append(f"layer {height:g} mm: {self._why_not(height)}")
         return Sight(
             blade_x_mm=float(view.x_mm(blade.column - across)),
             blade_std_mm=blade.std_px * view.step_mm,
