@@ -40,13 +40,13 @@ def to_8bit(image: NDArray[np.generic], like: NDArray[np.generic] | None = None)
     low, high = np.nanpercentile(sample, (0.5, 99.5))
     gain = 255.0 / max(float(high - low), 1e-12)
     if image.dtype == np.uint16:  # a table of all levels is six times as fast
-        return _as_bytes(_scaled(np.arange(1 << 16), float(low), gain)[image])
+        return _as_bytes(np.take(_scaled(np.arange(1 << 16), float(low), gain), image))
     return _as_bytes(_scaled(image, float(low), gain))
 
 
 def _scaled(image: NDArray[np.generic], low: float, gain: float) -> NDArray[np.uint8]:
     scaled = (np.asarray(image, np.float32) - np.float32(low)) * np.float32(gain)
-    return np.clip(np.nan_to_num(scaled), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.nan_to_num(scaled), 0, 255), np.uint8)
 
 
 def _as_bytes(image: NDArray[np.generic]) -> NDArray[np.uint8]:
