@@ -40,7 +40,7 @@ def to_8bit(image: NDArray[np.generic], like: NDArray[np.generic] | None = None)
     low, high = np.nanpercentile(sample, (0.5, 99.5))
     gain = 255.0 / max(float(high - low), 1e-12)
     if image.dtype == np.uint16:  # a table of all levels is six times as fast
-        return _as_bytes(np.take(_scaled(np.arange(1 << 16), float(low), gain), image))
+        return _as_bytes(np.take(_scaled(np.arange(1 << 16), float(low), gain), np.asarray(image, np.uint16)))
     return _as_bytes(_scaled(image, float(low), gain))
 
 
