@@ -17,9 +17,10 @@ _BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, the
 _MARGIN_PX = 2.0  # the face's blur, kept out of the body
 _SIDE_PX = 6  # columns read on either side of the face
 _TRIES_PX = (0.0, -2.0, 2.0, -4.0, 4.0)
+_BLUR_PX = 2  # columns on either side of the face that may show some of both
 _REACH_PX = 2.5  # the face stands no further from where the body's match puts it
 _LEAST_CONTRAST = 4.0  # of the face against the noise of a block's mean
-_PHASE_PX = 0.07  # error of a half-level read between whole pixels: the same in all blocks
+_GRAIN_PX = 0.07  # by which grains at the face shift it: the same in all blocks
 _ALIKE = 0.3  # of the contrast: a block nearer to the body at rest than this shows the body
 _LEAST_ALIKE = 0.5  # of the share of such blocks in earlier frames: with fewer something hides the blade
 _LEAST_ALIKE_FAR = 0.8  # ... where the face stands far from where it was expected
@@ -175,7 +176,7 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     contrast = outside - inside
     scatter = np.hypot(behind.std(axis=1), ahead.std(axis=1)) / np.sqrt(3)
     share = (part - inside[:, None]) / np.where(contrast == 0, np.inf, contrast)[:, None]
-    place = _nearest_half(share, column - left) + left
+    place = _balanced(share, _nearest_half(share, column - left)) + left
     noise = np.median(scatter)
     good = np.isfinite(place) & (np.abs(contrast) > _LEAST_CONTRAST * np.maximum(scatter, 0.3 * noise))
     if good.sum() < 2:
@@ -186,7 +187,18 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     place, weight = place[kept], weight[kept]
     mean = float(np.average(place, weights=weight))
     std = float(np.sqrt(np.sum(weight**2 * (place - mean) ** 2)) / weight.sum())
-    return BladeSight(mean, float(np.hypot(std, _PHASE_PX))), float(weight.sum())
+    return BladeSight(mean, float(np.hypot(std, _GRAIN_PX))), float(weight.sum())
+
+
+def _balanced(share: Floats, place: Floats) -> Floats:
+    """Edge that leaves as much of the body ahead as is missing behind, over a few columns about a place.
+
+    The half-level itself depends on where in its pixel the edge stands (Tabatabai and Mitchell 1984).
+    """
+    middle = np.rint(np.nan_to_num(place)).astype(int)
+    around = np.clip(middle[:, None] + np.arange(-_BLUR_PX, _BLUR_PX + 1), 0, share.shape[1] - 1)
+    body = 1 - np.clip(np.take_along_axis(share, around, axis=1), 0.0, 1.0)
+    return np.asarray(np.where(np.isfinite(place), middle - _BLUR_PX - 0.5 + body.sum(axis=1), np.nan))
 
 
 def _densest_half(place: Floats) -> tuple[float, float]:

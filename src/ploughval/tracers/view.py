@@ -72,11 +72,11 @@ class View:
         self._left_mm, self._top_mm = float(edge_mm[:, 0].min()), float(edge_mm[:, 1].max())
         span = np.array([np.ptp(edge_mm[:, 0]), np.ptp(edge_mm[:, 1])]) / self.step_mm
         self.shape = (round(float(span[1])) + 1, round(float(span[0])) + 1)
-        self._maps: tuple[Image, Image] | None = None
+        self._maps: tuple[NDArray[Any], NDArray[Any]] | None = None  # whole pixels, and 32nd parts
         self._inverse: NDArray[np.int32] | None = None
         self._slices = self._whole_pixels()
         if self._slices is None:
-            self._maps = self._places()
+            self._maps = cv2.convertMaps(*self._places(), cv2.CV_16SC2)
 
     def _places(self) -> tuple[Image, Image]:
         """Where in the photograph each node of the grid lies: columns and rows, (h, w) float32 each."""
