@@ -62,7 +62,7 @@ def test_in_perspective_the_grid_lies_along_the_world_axes():
     mm = calibration.to_mm(np.stack([cols, rows], axis=-1))
     image = np.rint(20000 + 200 * mm[..., 0] + 300 * mm[..., 1]).astype(np.uint16)
     view = View(image.shape, calibration)
-    cut = view.cut(image)
+    cut = view.cut(image)[:, :]
     x, y = np.meshgrid(np.arange(100, 300), np.arange(60, 140))
     expected = 20000 + 200 * view.x_mm(x.astype(float)) + 300 * view.y_mm(y.astype(float))
     # remap works in 1/32 px: 300 grey/mm * 0.2 mm/px / 32 and rounding of the file

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ploughval.scene import Scene
 from ploughval.tracers.light import Lighting
-from ploughval.tracers.view import Bytes, Floats, Image, Levels, View
+from ploughval.tracers.view import Bytes, Cut, Floats, Image, View
 
 _CLEAR_PX = 3.0  # kept off every border while learning
 _SKIN_SHARE = 0.15  # of the depth: the sand at rest that the look of the surface is learned from
@@ -84,7 +84,7 @@ class Appearance:
     image : (h, w) uint8 or uint16, the first frame on the grid
     """
 
-    def __init__(self, view: View, scene: Scene, image: Levels) -> None:
+    def __init__(self, view: View, scene: Scene, image: Cut) -> None:
         self.rows = int(np.clip(round(view.row(0.0)), 8, view.shape[0]))
         self.still = Lighting(image.shape)
         skin_px = max(_SKIN_SHARE * scene.blade.depth_mm / view.step_mm, _CLEAR_PX + 1)
@@ -108,7 +108,7 @@ class Appearance:
         """Rows of each column, from the top, whose look at rest counts as air: (w,)."""
         return np.asarray(self._known.astype(np.int64))
 
-    def band(self, image: Levels, lighting: Lighting, first: int, last: int) -> Band:
+    def band(self, image: Cut, lighting: Lighting, first: int, last: int) -> Band:
         """Rows first to last - 1 above the tip's level, ready to be compared with the tables."""
         upper, lower = max(first - _HALO_PX, 0), min(last + _HALO_PX, image.shape[0])
         wide = np.array(image[upper:lower], dtype=np.float32, order="C")
@@ -127,7 +127,7 @@ class Appearance:
         part = slice(first - upper, first - upper + last - first)
         return Band(first, wide[part], level[part], change[part])
 
-    def _along_the_sand(self, image: Levels) -> Floats:
+    def _along_the_sand(self, image: Cut) -> Floats:
         """Light in each column relative to the whole, (w,): how bright the sand at rest is there."""
         width = image.shape[1]
         side = 8
@@ -145,7 +145,7 @@ class Appearance:
         light = np.interp(np.arange(width), places, smooth / np.median(smooth))
         return np.asarray(np.maximum(light, _LEAST_LIGHT))
 
-    def _learn(self, image: Levels, skin_px: float) -> Tables:
+    def _learn(self, image: Cut, skin_px: float) -> Tables:
         """Histograms of air, skin and sand at rest, a few rows at a time."""
         count = np.zeros((3, _LEVELS))
         jumps = np.zeros(_LEVELS)

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from ploughval.scene import Blade
 from ploughval.tracers.light import Lighting
-from ploughval.tracers.view import Floats, Levels, View
+from ploughval.tracers.view import Cut, Floats, View
 
 _BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, their scatter gives the std
 _MARGIN_PX = 2.0  # the face's blur, kept out of the body
@@ -50,7 +50,7 @@ class BladeFinder:
     light : (w,) float, how bright each column is at rest, relative to the others; None: alike
     """
 
-    def __init__(self, view: View, blade: Blade, image: Levels, light: Floats | None = None) -> None:
+    def __init__(self, view: View, blade: Blade, image: Cut, light: Floats | None = None) -> None:
         width = image.shape[1]
         self._light = np.ones(width)
         if light is not None:
@@ -84,7 +84,7 @@ class BladeFinder:
         step = self._step if np.isfinite(self._step) else 0.0
         return self._last + step * (1 + self._missed)
 
-    def find(self, image: Levels, lighting: Lighting | None = None) -> BladeSight:
+    def find(self, image: Cut, lighting: Lighting | None = None) -> BladeSight:
         """The face in the next frame; columns count from the grid's left, x = 0 where it was at rest.
 
         ``lighting``: its light against the first frame's; None: the same.
@@ -107,7 +107,7 @@ class BladeFinder:
         self._before, self._last, self._missed = self._last, column, 0
         return BladeSight(column, seen.std_px)
 
-    def _profile(self, image: Levels, lighting: Lighting | None, left: int, right: int) -> Floats:
+    def _profile(self, image: Cut, lighting: Lighting | None, left: int, right: int) -> Floats:
         """Means over blocks of rows above the tip, of columns left to right - 1: (blocks, columns)."""
         starts = np.unique(
             np.linspace(0, self._rows, min(_BLOCKS, self._rows // 2), endpoint=False).astype(int)

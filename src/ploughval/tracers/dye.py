@@ -14,7 +14,7 @@ from ploughval.tracers.appearance import Appearance
 from ploughval.tracers.dye_kernel import MOST_RUNS, Ints, chains, dyed_runs, names
 from ploughval.tracers.dye_memory import Memory, Motion
 from ploughval.tracers.light import Lighting
-from ploughval.tracers.view import Floats, Image, Levels, Mask, View
+from ploughval.tracers.view import Cut, Floats, Image, Mask, View
 
 _SAMPLES = 4  # columns read in a length of one thickness
 _ALONG_PX = 3.0  # std of the smoothing along a layer, at least
@@ -66,7 +66,7 @@ class DyeFollower:
         self,
         view: View,
         tracers: Tracers,
-        image: Levels,
+        image: Cut,
         look: Appearance,
         rest: dict[float, Floats] | None = None,
     ) -> None:
@@ -92,7 +92,7 @@ class DyeFollower:
 
     def follow(
         self,
-        image: Levels,
+        image: Cut,
         lighting: Lighting,
         top: Floats,
         face: float,
@@ -151,7 +151,7 @@ class DyeFollower:
             np.clip(np.nanmax([*high, 16.0]) + margin, first + 16, last)
         )
 
-    def _reduced(self, image: Levels, lighting: Lighting, rows: tuple[int, int]) -> tuple[Image, int]:
+    def _reduced(self, image: Cut, lighting: Lighting, rows: tuple[int, int]) -> tuple[Image, int]:
         """Sampled columns of some rows, evened and smoothed, (rows, K) float32, and the first row."""
         first, last = rows
         count = len(self._place)

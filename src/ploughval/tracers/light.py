@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ploughval.tracers.view import Floats, Image, Levels
+from ploughval.tracers.view import Cut, Floats, Image
 
 _BLOCKS = 48  # along the longer side
 _SAMPLES = 8  # pixels along a block's side that are read
@@ -67,7 +67,7 @@ class LightMeter:
         The first frame on the grid.
     """
 
-    def __init__(self, image: Levels) -> None:
+    def __init__(self, image: Cut) -> None:
         side = max(max(image.shape) // _BLOCKS, _SAMPLES)
         self._stride = max(side // _SAMPLES, 1)
         self._shape = image.shape
@@ -79,7 +79,7 @@ class LightMeter:
         across, down = np.meshgrid(x, y)
         self._terms = np.stack([np.ones_like(across), across, down], axis=-1)
 
-    def compare(self, image: Levels) -> Lighting:
+    def compare(self, image: Cut) -> Lighting:
         """Light of another frame, relative to the first."""
         mean = self._means(image)
         usable = (self._rest > _DARKEST * self._rest.max()) & (mean > 0) & (mean < 0.98 * self._full)
@@ -98,7 +98,7 @@ class LightMeter:
         level, across, down = (float(v) for v in fit)
         return Lighting(self._shape, level, across, down)
 
-    def _means(self, image: Levels) -> Floats:
+    def _means(self, image: Cut) -> Floats:
         thin = np.ascontiguousarray(image[:: self._stride, :: self._stride], dtype=np.float32)
         rows, columns = (max(n // _SAMPLES, 1) for n in thin.shape)
         thin = thin[: rows * _SAMPLES, : columns * _SAMPLES]

@@ -9,7 +9,7 @@ from ploughval.tracers.appearance import Appearance, Band
 from ploughval.tracers.light import Lighting
 from ploughval.tracers.straight import straightened
 from ploughval.tracers.surface_kernel import Ints, border_costs, likeliest_path, profiles, surroundings
-from ploughval.tracers.view import Floats, Image, Levels, Mask
+from ploughval.tracers.view import Cut, Floats, Image, Mask
 
 STEP_PX = 2  # one point of the surface every so many columns
 _STIFFNESS = 0.5  # nats a pixel of rise from one point to the next
@@ -92,7 +92,7 @@ class SurfaceFinder:
         self._tables = _tables(appearance)
         self._usual: Usual | None = None
 
-    def find(self, image: Levels, lighting: Lighting, face: float, travel: float) -> SurfaceTrace:
+    def find(self, image: Cut, lighting: Lighting, face: float, travel: float) -> SurfaceTrace:
         """The free surface ahead of the face, to a part of a pixel.
 
         Parameters

@@ -34,6 +34,32 @@ class Mapping(Protocol):
     def to_px(self, mm: Floats, /) -> Floats: ...  # noqa: D102
 
 
+class Resampled:
+    """A photograph sampled bilinearly on another grid, part by part: ``resampled[rows, columns]``.
+
+    Parameters
+    ----------
+    image : (H, W) uint8 or uint16
+    maps : where each node lies in the image, as ``cv2.convertMaps`` gives them
+    """
+
+    def __init__(self, image: Levels, maps: tuple[NDArray[Any], NDArray[Any]]) -> None:
+        self._image, self._maps = image, maps
+        self.shape: tuple[int, int] = (maps[1].shape[0], maps[1].shape[1])
+        self.dtype = image.dtype
+
+    def __getitem__(self, part: slice | tuple[slice, slice]) -> Levels:
+        """Nodes of the grid, chosen by slices of rows, or of rows and columns."""
+        whole, parts = (np.ascontiguousarray(m[part]) for m in self._maps)
+        return cast(
+            Levels,
+            cv2.remap(self._image, whole, parts, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
+        )
+
+
+Cut = Levels | Resampled
+
+
 class View:
     """Grid of world axes over the part of the photograph that shows the test.
 
@@ -104,12 +130,12 @@ class View:
         x0, y0, x1, y1 = self._box
         return slice(y0, y1), slice(x1 - 1, x0 - 1 if x0 else None, -1) if flip else slice(x0, x1)
 
-    def cut(self, image: Levels) -> Levels:
-        """The photograph on the grid, (h, w), in its own grey levels; its own pixels where it can be."""
+    def cut(self, image: Levels) -> "Cut":
+        """The photograph on the grid, (h, w), in its own grey levels; parts of it are made when asked for."""
         if self._slices is not None:
             return image[self._slices]
         assert self._maps is not None
-        return cast(Levels, cv2.remap(image, *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        return Resampled(image, self._maps)
 
     def uncut(self, grid: Bytes, outside: int) -> Bytes:
         """Values on the grid as those of the whole photograph, (H, W) uint8, ``outside`` beyond the view."""
