@@ -199,3 +199,39 @@ def test_regions_name_every_pixel(stage, direction):
     assert np.mean(sight.regions != expected) < 0.006  # one pixel along every border
     assert np.array_equal(sight.sand, sight.regions == Region.SAND)
     assert sight.regions.dtype == np.uint8
+
+
+class Tilted:
+    """A camera that looks at a drawn test askew: its pictures are the drawn ones in perspective."""
+
+    def __init__(self, calibration):
+        self._flat = calibration
+        self.mm_per_px = calibration.mm_per_px
+        self.matrix = np.array([[0.999, -0.03, 9.0], [0.03, 0.999, -4.0], [2e-5, 1e-5, 1.0]])
+
+    def to_px(self, mm):
+        return self._through(self.matrix, self._flat.to_px(mm))
+
+    def to_mm(self, px):
+        return self._flat.to_mm(self._through(np.linalg.inv(self.matrix), np.asarray(px, float)))
+
+    @staticmethod
+    def _through(matrix, px):
+        ahead = np.concatenate([px, np.ones((*px.shape[:-1], 1))], axis=-1) @ matrix.T
+        return ahead[..., :2] / ahead[..., 2:]
+
+
+def test_a_camera_that_looks_askew_sees_the_same(stage):
+    """Both the warp of the pictures and the watcher's grid are bilinear or better; the figures hold."""
+    drawn = stage(layers=LAYERS)
+    tilted = Tilted(drawn.calibration)
+    watcher = Watcher(drawn.scene, tilted)
+    for k, (u, picture) in enumerate(zip(TRAVEL, photographs(drawn), strict=True)):
+        seen = cv2.warpPerspective(
+            picture,
+            tilted.matrix,
+            picture.shape[::-1],
+            flags=cv2.INTER_CUBIC,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        check(drawn, watcher.see(k, seen), u, seen=0.85)

@@ -18,7 +18,7 @@ _NEAR_PX, _FAR_PX = 3, 9  # where the levels of air and sand are read, above and
 _STEEPEST = 1.5  # slope of the surface that is still followed
 _SKIN_PX = 4  # the uppermost sand, which must look like the uppermost sand at rest
 _LEAST_POINTS = 17
-_GRAIN_PX = 0.1  # by which half a level differs from where the sand ends: the same along a whole stretch
+_GRAIN_PX = 0.12  # by which half a level differs from where the sand ends: the same along a whole stretch
 
 _RISE, _FALL = 1.4, 1.0  # of the blade's travel, by which the surface may rise or fall between photographs
 _SLACK_SHARE, _SLACK_PX = 0.04, 8.0  # ... and of the depth, in any case
