@@ -32,7 +32,7 @@ SHOWN = {
 def draw_cases(tables: Mapping[str, Sequence[Row]], path: Path) -> None:
     """A panel a figure: one dot a case, red where it is missed, the figure to reach as a line."""
     with style():
-        figure = Figure(figsize=(11.0, 0.17 * 5 * (len(tables) + 4)), layout="constrained")
+        figure = Figure(figsize=(11.0, 0.4 * len(tables) + 2.0), layout="constrained")
         axes = figure.subplots(3, 5, sharey=True)
         names = list(tables)[::-1]
         for ax, (label, title) in zip(axes.flat, SHOWN.items(), strict=True):
@@ -56,8 +56,11 @@ def _panel(ax: Axes, rows: Sequence[Row | None]) -> None:
                 ax.axvline(limit, color=GREY, linewidth=0.8, zorder=0)
     ax.set_ylim(-0.7, len(rows) - 0.3)
     ax.tick_params(axis="x", labelsize=7)
-    if not any(row is not None and row.least is not None for row in rows):
-        ax.set_xlim(left=0)
+    there = [row for row in rows if row is not None]
+    if not any(row.least is not None for row in there):
+        far = [1.15 * most for row in there if (most := row.most) is not None]
+        far += [1.1 * row.value for row in there if np.isfinite(row.value)]
+        ax.set_xlim(0, max(far, default=0.0) or 1.0)
 
 
 def _find(rows: Sequence[Row], label: str) -> Row | None:
