@@ -88,10 +88,9 @@ class Memory:
         """
         low, high, _, _ = self._hull(motion)
         seen = np.full(self._low.shape, np.nan)
-        for k, r in zip(column.tolist(), row.tolist(), strict=True):
-            free = np.flatnonzero(np.isnan(seen[:, k]))
-            if len(free):
-                seen[free[0], k] = r
+        rank = np.arange(len(column)) - np.searchsorted(column, column)
+        fits = rank < _BRANCHES
+        seen[rank[fits], column[fits]] = row[fits]
         count = self._low.shape[1]
         where = np.flatnonzero(np.isfinite(seen[0]))
         missing = np.isnan(seen[0])
