@@ -93,11 +93,12 @@ def _increment(
     ends = np.array([outcrop(s, (u0 + u1) / 2, line.beta_deg) for s in lines])
     x, per_degree, std = ends.mean(axis=0)
     slip = (u1 - u0) * float(np.hypot(*line.velocity))
+    beta_std = float(np.hypot(line.std_deg, verdict.spread_deg))
     return row | {
         "beta_deg": line.beta_deg,
-        "beta_std_deg": line.std_deg,
+        "beta_std_deg": beta_std,
         "outcrop_x_mm": x,
-        "outcrop_std_mm": np.hypot(per_degree * line.std_deg, std),
+        "outcrop_std_mm": np.hypot(per_degree * beta_std, std),
         "outcrop_shared_mm": per_degree * line.shared_std_deg,
         "outcrop_y_mm": height(lines[0], x)[0],
         "slip_mm": slip,

@@ -63,20 +63,32 @@ def _jumps(known: pd.DataFrame) -> list[int]:
     """Increments with which a new band begins."""
     x, std = known["outcrop_x_mm"].to_numpy(), known["outcrop_std_mm"].to_numpy()
     u = (known["u_mm"] + known["du_mm"] / 2).to_numpy()
-    return [k for k in range(1, len(x)) if _jumps_at(x, std, u, k)]
+    found: list[int] = []
+    for k in range(1, len(x)):
+        if _jumps_at(x, std, u, found[-1] if found else 0, k):
+            found.append(k)
+    return found
 
 
-def _jumps_at(x: Floats, std: Floats, u: Floats, k: int) -> bool:
-    """Whether the outcrop jumps ahead between increments k - 1 and k, Eq. (15)."""
+def _jumps_at(x: Floats, std: Floats, u: Floats, start: int, k: int) -> bool:
+    """Whether the outcrop jumps ahead with increment k, in a band from increment start on, Eq. (16)."""
     creep = _creep(x, u, k)
     ahead = x - creep * u
-    before, after = ahead[max(k - _LEVEL, 0) : k], ahead[k : k + _LEVEL]
+    past, future = slice(max(k - _LEVEL, start), k), slice(k, k + _LEVEL)
+    before, after = ahead[past], ahead[future]
     jump = float(np.median(after) - np.median(before))
-    doubt = float(np.hypot(np.median(std[max(k - _LEVEL, 0) : k]), np.median(std[k : k + _LEVEL])))
+    doubt = float(np.hypot(_doubt(before, std[past]), _doubt(after, std[future])))
     part = _LONE_JUMP if len(after) == 1 else _JUMP
     if jump < max(part * (x[k - 1] - u[k - 1]), _JUMP_STDS * doubt):
         return False
     return bool(ahead[k] - ahead[k - 1] > _STEP * jump)
+
+
+def _doubt(x: Floats, std: Floats) -> float:
+    """Std of the level of a few outcrops: what the better ones state, or how three of them scatter."""
+    stated = float(np.mean(np.maximum(std, 1e-6) ** -2.0) ** -0.5)
+    scatter = 1.4826 * float(np.median(np.abs(x - np.median(x)))) if len(x) >= _LEVEL else 0.0
+    return max(stated, scatter)
 
 
 def _creep(x: Floats, u: Floats, k: int) -> float:
@@ -118,7 +130,7 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
             x, std = table["outcrop_x_mm"].to_numpy(), table["outcrop_std_mm"].to_numpy()
             u = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
             # the first increment of a part may be a switch, with its line between two bands'
-            if not any(_jumps_at(x, std, u, len(joined[-1]) + k) for k in range(min(2, len(part)))):
+            if not any(_jumps_at(x, std, u, 0, len(joined[-1]) + k) for k in range(min(2, len(part)))):
                 joined[-1] = joined[-1].append(part)
                 continue
         joined.append(part)
@@ -126,7 +138,7 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
 
 
 def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
-    """A band's place at its start, Eq. (16): the mean of its increments' outcrops, or where they creep from.
+    """A band's place at its start, Eq. (17): the mean of its increments' outcrops, or where they creep from.
 
     The first increment is left out where it is shared with the band before, if there are others.
     """

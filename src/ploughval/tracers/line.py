@@ -63,12 +63,14 @@ def fit_line(motion: Motion) -> BandLine | None:
         None where nothing moves with the blade.
     """
     shares, angle = shares_of(motion, np.array([1.0, 0.0]), None), np.nan
+    evidence = 0.0
     for _ in range(_ROUNDS):
-        angle, evidence = _best(shares)
-        if not np.isfinite(angle):
-            return None
+        better, lead = _best(shares)
+        if not np.isfinite(better):
+            break  # no rigid block; the line found so far stands
+        angle, evidence = better, max(evidence, lead)
         shares = shares_of(motion, block_velocity(motion, angle)[0], angle)
-    if evidence < _LEAST_EVIDENCE:
+    if not np.isfinite(angle) or evidence < _LEAST_EVIDENCE:
         return None
     mean, std, width = _posterior(shares, angle)
     velocity, velocity_std = block_velocity(motion, mean)

@@ -7,11 +7,11 @@ import numpy as np
 from scipy.special import ndtr
 
 from ploughval.tracers.increment import Motion
-from ploughval.tracers.line import BandLine, block_velocity
+from ploughval.tracers.line import BandLine
 from ploughval.tracers.shares import height_above
 from ploughval.tracers.view import Floats
 
-_LEAST_STD = 0.004  # mm/mm
+_MODEL_STD = 0.03  # mm/mm: no mechanism is exact, and none is named for less
 _STRAYS = 0.02
 _STRAY_DENSITY = 0.25  # of strays, over rates from -0.5 to 1.5 in both components
 _LEAST_POINTS = 12
@@ -26,7 +26,7 @@ _ALONG = 0.05  # of the block's motion: the least shearing along the blade that 
 _REACHES = np.array([0.5, 1.0, 2.0, 4.0])  # of shearing along the blade, in subsets
 _FANS_DEG = np.array([2.0, 4.0, 8.0, 16.0, 30.0])
 _WIDTHS = np.array([0.5, 1.0, 2.0, 4.0])  # of a zone of shearing, standard widths in subsets
-_TURNS_DEG = np.arange(-8.0, 8.1, 1.0)
+_ANGLES_DEG = np.arange(5.0, 80.0, 2.0)
 
 
 class Mechanism(StrEnum):
@@ -50,10 +50,14 @@ class Verdict:
     evidence : float
         Half the difference of BIC (natural logarithm) by which the best rival leads one band; negative: one
         band is enough. NaN where there was no band to rival.
+    spread_deg : float
+        Half the angle between the lines above which sand moves by a quarter and by three quarters of the
+        block's motion: what "the" line is uncertain by where one is not enough, Eq. (15); else 0.
     """
 
     mechanism: Mechanism | None
     evidence: float
+    spread_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,17 +118,18 @@ def judge(motion: Motion, line: BandLine | None, *, resolved: bool) -> Verdict:
     rivals = {
         Mechanism.TWO_BANDS: _two_bands(points, single, line.velocity),
         Mechanism.SHEAR_ALONG_BLADE: _along_blade(points, single, part, line.velocity, motion.reach_mm),
-        Mechanism.DIFFUSE: _diffuse(points, single, beta, line.velocity, motion),
+        Mechanism.DIFFUSE: _diffuse(points, single, line.velocity, motion),
     }
     best = max(rivals, key=lambda name: rivals[name])
     found = best if rivals[best] > _SURE else Mechanism.ONE_BAND
-    return Verdict(found, max(rivals[best], points.lead(single, single, 3)))
+    spread = 0.0 if found is Mechanism.ONE_BAND else _spread_deg(points, line.velocity)
+    return Verdict(found, max(rivals[best], points.lead(single, single, 3)), spread)
 
 
 def _points_of(motion: Motion, line: BandLine) -> _Points:
     """The points; noise as large as most of those clear of the line show."""
     order = np.argsort(np.arctan2(motion.place[:, 1], motion.place[:, 0]), kind="stable")
-    place, rate, std = motion.place[order], motion.rate[order], np.maximum(motion.std[order], _LEAST_STD)
+    place, rate, std = motion.place[order], motion.rate[order], np.hypot(motion.std[order], _MODEL_STD)
     above = height_above(place, float(np.radians(line.beta_deg)))
     clear = np.abs(above) > motion.reach_mm / 2
     if clear.any():
@@ -133,6 +138,18 @@ def _points_of(motion: Motion, line: BandLine) -> _Points:
     cells = np.unique(np.floor(place / motion.reach_mm), axis=0)
     width = _WIDTH * motion.reach_mm
     return _Points(place, rate, std, max(len(place) / max(len(cells), 1), 1.0), width)
+
+
+def _spread_deg(points: _Points, velocity: Floats) -> float:
+    """Half the angle between the lines that part a quarter and three quarters of the motion best, degrees."""
+    share = points.rate @ velocity / (velocity @ velocity)
+    lines = []
+    for level in (0.25, 0.75):
+        wrong_below = np.concatenate([[0], np.cumsum(share > level)])
+        wrong_above = np.concatenate([np.cumsum((share < level)[::-1])[::-1], [0]])
+        cut = int(np.argmin(wrong_below + wrong_above))
+        lines.append(points.angle[min(cut, len(share) - 1)])
+    return float(np.degrees(abs(lines[1] - lines[0])) / 2)
 
 
 def _doubt(part: Floats, velocity: Floats) -> Floats:
@@ -193,20 +210,21 @@ def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats
     return best
 
 
-def _diffuse(points: _Points, single: Floats, beta: float, velocity: Floats, motion: Motion) -> float:
+def _diffuse(points: _Points, single: Floats, velocity: Floats, motion: Motion) -> float:
     """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line, Eq. (14)."""
     best = -np.inf
     share = points.rate @ velocity / (velocity @ velocity)
     if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * points.sharing:
         return best  # nothing moves by a part
     far = float(np.max(np.hypot(*points.place.T)))
-    for turn in np.radians(_TURNS_DEG):
-        angle = beta + turn
+    steepest = points.rate[-max(len(points.rate) // 20, 4) :]
+    blocks = (velocity, np.median(steepest, axis=0))
+    fans = [f for f in np.radians(_FANS_DEG) if f * far > motion.reach_mm]
+    for angle in np.radians(_ANGLES_DEG):
         above = height_above(points.place, angle)
-        fans = [np.radians(f) for f in _FANS_DEG if np.radians(f) * far > motion.reach_mm]
         parts = [ndtr((points.angle - angle) / fan) for fan in fans]
         parts += [ndtr(above / width) for width in _WIDTHS * motion.reach_mm]
-        block = block_velocity(motion, min(angle + np.radians(5.0), 1.5))[0]
         for part in parts:
-            best = max(best, points.lead(points.logs(part[:, None] * block), single, 1))
+            for block in blocks:
+                best = max(best, points.lead(points.logs(part[:, None] * block), single, 1))
     return best

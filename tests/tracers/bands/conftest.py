@@ -52,6 +52,13 @@ class Made:
         beta = np.degrees(np.arctan2(height, m.outcrop_x_mm[at] - middle))
         return outcrop, float(beta), float((u1 - switch[0]) / (u1 - u0)) if len(switch) else 1.0
 
+    def velocity(self, first: int, last: int) -> tuple[float, float]:
+        """Motion of the block for a millimetre of the blade: the mean of (1, tan beta) over an increment."""
+        u0, u1 = self.frames_u[[first, last]]
+        m = self.motion
+        inside = (m.u_mm >= u0 - 1e-9) & (m.u_mm < u1 - 1e-9)
+        return 1.0, float(np.average(np.tan(np.radians(m.beta_deg[inside])), weights=m.du_mm[inside]))
+
 
 @lru_cache(maxsize=32)
 def _history(peak: float, residual: float):

@@ -60,3 +60,21 @@ def test_two_bands_are_found_and_the_second_starts_where_the_force_falls(found):
     """The run's force falls at u = 25.5 mm; its frames are 2.5 mm apart."""
     assert len(found.bands) == 2
     assert found.bands["u_start_mm"].iloc[1] == pytest.approx(25.5, abs=2.5)
+
+
+def test_inclinations_follow_the_run_s_own_measure_of_its_peak_shear(found):
+    """Both steepen, from 30 to 52 and from 24 to 40 degrees; a zone several mm wide has no sharper line."""
+    true = pd.read_csv(FOLDER / "mpm_d30_s2_bands.csv")
+    rows = found.increments.iloc[: len(true)]
+    off = rows["beta_deg"].to_numpy() - true["inclination_deg"].to_numpy()
+    assert np.median(np.abs(off)) < 3.0
+    # the increment in which the bands change over has motion on both
+    switch = int(np.argmin(np.abs(true["u0_m"] * 1e3 - 25.0)))
+    assert np.abs(np.delete(off, switch)).max() < 9.0
+
+
+def test_no_increment_is_taken_for_a_single_sharp_band(found):
+    """Its zones are several mm wide, sand below the tip moves too, and the block dilates: none is rigid."""
+    moving = found.increments.dropna(subset=["beta_deg"])
+    assert (moving["mechanism"] != "one_band").all()
+    assert moving["beta_std_deg"].median() > 1.0
