@@ -85,6 +85,7 @@ class DyeFollower:
         self._dyes = {h: self._learn(grey, thin, h) for h in rows}
         self._groups = _groups(self._dyes)
         self._strip: Floats | None = None
+        self._slope = np.nan  # of the block's motion, as it was last seen
 
     def stands_out(self, height: float) -> bool:
         """Whether a layer could be told from the sand beside it at rest."""
@@ -128,7 +129,10 @@ class DyeFollower:
         upper[self._place < face + 2] = len(grey)
         covered = _inside(self._place, hidden)
         out = dict.fromkeys(self._dyes, np.full((1, 3), np.nan))
-        motion = Motion(travel, self._rise(grey, upper, first, travel))
+        up = self._rise(grey, np.where(covered, len(grey), upper), first, travel)
+        if np.isfinite(up) and travel >= 1:
+            self._slope = up / travel
+        motion = Motion(travel, up if np.isfinite(up) else self._slope * travel)
         for group in self._groups:
             self._follow_group(group, grey, first, upper, motion, covered, carried, out)
         return out
@@ -189,7 +193,7 @@ class DyeFollower:
         """Rows that the sand before the face has risen since the last frame; NaN where that is not clear."""
         near = (self._place > self._face + 3) & (self._place < self._face + 3 + 3 * self._thickness + 16)
         strip = np.full(self._view.shape[0], np.nan)
-        if near.any():
+        if near.any() and np.max(upper[near]) < len(grey):
             start = max(int(np.max(upper[near])) + 2, 0)
             strip[first + start : first + len(grey)] = grey[start:, near].mean(axis=1)
         before, self._strip = self._strip, strip

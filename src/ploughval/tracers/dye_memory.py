@@ -9,6 +9,7 @@ from ploughval.tracers.view import Floats, Mask
 
 _BRANCHES = 3  # pieces of one layer above each other
 _STEEPEST_MOTION = 1.4  # rows a column of travel that sand may rise
+_USUAL_MOTION = 0.6  # ... and does, where it was not measured
 _LOOSE = 0.25  # of the distance from where sand at rest or moving with the block would stand
 _SLACK_PX = 1.0
 _BRIDGE_SHARE = 20.0  # gaps up to so many thicknesses are bridged in what is expected next
@@ -43,7 +44,7 @@ class Memory:
 
     def reach(self, motion: Motion) -> tuple[Floats, Floats]:
         """Rows between which any piece of the layer may stand in each column, (K,) each."""
-        low, high, _, _ = self._hull(motion)
+        low, high = self._hull(motion)
         everywhere = np.isfinite(low).any(axis=0)
         low, high = np.where(np.isnan(low), np.inf, low), np.where(np.isnan(high), -np.inf, high)
         return np.where(everywhere, low.min(axis=0), np.nan), np.where(everywhere, high.max(axis=0), np.nan)
@@ -54,23 +55,31 @@ class Memory:
         Sand stands where it stood, or has moved with the block ahead of the blade; it may have been caught
         by the band half-way. Samples ``column`` count in steps.
         """
-        low, high, still, moved = (self._at(v, column) for v in self._hull(motion))
+        low, high = (self._at(v, column) for v in self._hull(motion))
         outside = np.maximum(np.maximum(low - row, row - high), 0.0)
-        near = np.abs(row - still)
-        if moved is not None:
-            near = np.fmin(near, np.abs(row - moved))
+        near = np.full(low.shape, np.inf)
+        for end in self._ends(motion):
+            near = np.fmin(near, np.abs(row - self._at(end, column)))
         off = outside + _LOOSE * np.maximum(near - _SLACK_PX, 0.0)
         return np.asarray(np.nan_to_num(np.fmin.reduce(off, axis=0), nan=np.inf) / self._thickness)
 
-    def _hull(self, motion: Motion) -> tuple[Floats, Floats, Floats, Floats]:
-        ahead = motion.ahead / self._step
-        place: Floats = np.arange(0.0, self._low.shape[1]) - ahead
-        came_low, came_high = (self._at(v, place) for v in (self._low, self._high))
-        up = motion.up if np.isfinite(motion.up) else 0.6 * max(motion.ahead, 0.0)
-        rise = _STEEPEST_MOTION * abs(motion.ahead) if not np.isfinite(motion.up) else max(motion.up, 0.0)
-        low = np.fmin(self._low, came_low - rise) - _SLACK_PX
-        high = np.fmax(self._high, came_high - min(up, 0.0)) + _SLACK_PX
-        return low, high, (self._low + self._high) / 2, (came_low + came_high) / 2 - up
+    def _hull(self, motion: Motion) -> tuple[Floats, Floats]:
+        """Rows between which sand may stand that stood still, moved, or was caught half-way."""
+        came_low, came_high = self._came(motion)
+        rise = max(motion.up, 0.0) if np.isfinite(motion.up) else _STEEPEST_MOTION * abs(motion.ahead)
+        low, high = np.fmin(self._low, came_low - rise), np.fmax(self._high, came_high)
+        return low - _SLACK_PX, high + _SLACK_PX
+
+    def _ends(self, motion: Motion) -> tuple[Floats, Floats, Floats, Floats]:
+        """Rows of sand that stood still, and of sand that moved with the block."""
+        came_low, came_high = self._came(motion)
+        up = motion.up if np.isfinite(motion.up) else _USUAL_MOTION * max(motion.ahead, 0.0)
+        return self._low, self._high, came_low - up, came_high - up
+
+    def _came(self, motion: Motion) -> tuple[Floats, Floats]:
+        """Rows of the sand that the block would bring into each column, before its rise."""
+        place: Floats = np.arange(0.0, self._low.shape[1]) - motion.ahead / self._step
+        return self._at(self._low, place), self._at(self._high, place)
 
     def _at(self, value: Floats, column: Floats) -> Floats:
         """Values at fractional samples, of the nearer one where the other is missing: (branches, N)."""
@@ -84,9 +93,10 @@ class Memory:
     def keep(self, column: Ints, row: Floats, hidden: Mask, motion: Motion) -> None:
         """Remember the places found in this frame, in order of their samples ``column`` (N,).
 
-        Where the layer could not be seen, ``hidden`` (K,) bool, the rows to look in widen.
+        Where the layer could not be seen, ``hidden`` (K,) bool, it stands still or moves with the block.
         """
-        low, high, _, _ = self._hull(motion)
+        still_low, still_high, moved_low, _ = self._ends(motion)
+        low, high = np.fmin(still_low, moved_low), still_high
         seen = np.full(self._low.shape, np.nan)
         rank = np.arange(len(column)) - np.searchsorted(column, column)
         fits = rank < _BRANCHES

@@ -29,6 +29,8 @@ _STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
 _RIM, _SCRAP = 14, 12  # points beside a hidden stretch, and in a row between two, that are not believed
 _BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
+_BESIDE, _DISAGREE_PX = 7, 4.0  # points beside a stretch without contrast, and how far they may differ
+_WIDER = 1.5  # times: the strip of a column that was not seen, every photograph
 _LEAVES, _BELOW, _ABOVE, _BEYOND = 1, 2, 3, 4
 _CAUSES = (
     "",
@@ -131,7 +133,7 @@ class SurfaceFinder:
         """Uppermost row in which each point may stand, and how many rows it may take."""
         gone = max(travel, 0.0) if np.isfinite(travel) else 0.0
         size = 2 * int(np.ceil(gone)) + 2 * STEP_PX + 1
-        more = 2.0 ** np.minimum(self._missed, 12)
+        more = _WIDER ** np.minimum(self._missed, 16)
         low = minimum_filter1d(self._top, size, mode="nearest") - (_RISE * gone + self._slack) * more
         high = maximum_filter1d(self._top, size, mode="nearest") + (_FALL * gone + self._slack) * more
         part = slice(first, first + STEP_PX * count, STEP_PX)
@@ -220,9 +222,7 @@ def _refine(grey: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
         lost = ~np.isfinite(found)
         if lost.all():
             return row, np.full(len(row), _BLIND_STD_PX)
-        # where there is no contrast the likeliest border stands in, moved as it is beside the gap
-        off = (smooth + found - row)[~lost]
-        crossing = row + np.interp(column, column[~lost], off)
+        crossing = row + _offsets(smooth + found - row, lost)
     value, _, scatter = straightened(crossing)
     lonely = np.abs(crossing - value) > 3 * np.maximum(scatter, 0.3)
     value, std, _ = straightened(np.where(lonely, value, crossing))
@@ -230,6 +230,19 @@ def _refine(grey: Image, column: Floats, row: Floats) -> tuple[Floats, Floats]:
     blind = minimum_filter1d(median_filter(lost.astype(np.uint8), _AGREE, mode="nearest"), _BLIND)
     blind = maximum_filter1d(blind, _BLIND) > 0
     return value, np.maximum(std, np.where(blind, _BLIND_STD_PX, np.where(lost, 1.0, 0.0)))
+
+
+def _offsets(off: Floats, lost: Mask) -> Floats:
+    """Offsets of crossings from the likeliest border; without one those on both sides, if they agree."""
+    index = np.arange(len(off))
+    filled = np.interp(index, index[~lost], off[~lost])
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]]).astype(int)))
+    for first, last in zip(edge[::2], edge[1::2], strict=True):
+        before, after = off[max(first - _BESIDE, 0) : first], off[last : last + _BESIDE]
+        sides = [float(np.nanmedian(v)) for v in (before, after) if np.isfinite(v).any()]
+        if max(sides, default=0.0) - min(sides, default=0.0) > _DISAGREE_PX:
+            filled[first:last] = 0.0
+    return filled
 
 
 def _half_level(grey: Image, column: Floats, row: Floats) -> Floats:
