@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from PIL import Image
 
 from ploughval import process
+from ploughval.axes import Status
 from ploughval.errors import ConfigError
 from ploughval.synth import EXAMPLE, make_folder
 
@@ -67,6 +69,24 @@ def test_a_first_photograph_that_cannot_be_read_costs_the_photographs_alone(fold
     assert (outcome.results / "force.csv").is_file()
     assert (outcome.results / "model" / "force.csv").is_file()
     assert {row["status"] for row in record(outcome)["frames"]} == {"lost"}
+
+
+def test_a_second_photograph_at_rest_stands_for_a_first_one_that_cannot_be_read(folder):
+    first = photographs(folder)[0]
+    (folder / "photos" / "early.png").write_bytes(first.read_bytes()[:300])
+    times = (folder / "photos.csv").read_text().splitlines()
+    early = float(times[1].split(",")[1]) - 2.0
+    (folder / "photos.csv").write_text("\n".join([*times, f"early.png,{early}"]) + "\n")
+    outcome = process(folder)
+    assert not outcome.complete
+    assert [row["status"] for row in record(outcome)["frames"]] == ["lost", "ok", "ok", "ok", "ok"]
+    assert any("frame 1 shows the sand at rest" in warning for warning in outcome.warnings)
+    with xr.open_dataset(outcome.results / "tracks.nc", engine="h5netcdf") as tracks:
+        assert set(np.unique(tracks["status"][0])) == {Status.FRAME_MISSING}
+        assert np.isfinite(tracks["x_mm"][1]).all()
+        assert np.isfinite(tracks["x_mm"][4]).mean() > 0.7
+    blade = pd.read_csv(outcome.results / "blade.csv")
+    assert np.abs(blade["blade_x_mm"] - blade["u_mm"])[1:].max() < 0.1  # a third of a pixel
 
 
 def test_a_blank_photograph_is_a_lost_frame(folder):

@@ -20,6 +20,7 @@ from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
 from ploughval.run.doubts import doubts, heap_doubts
 from ploughval.run.findings import Findings
+from ploughval.run.first_frame import first_frame
 from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import Progress, WindowRecord, watch
 from ploughval.scene import Scene, Step, load_scene
@@ -116,12 +117,12 @@ class _Run:
 
     def go(self) -> None:
         steps, found = self.scene.steps, self.found
-        if Step.CALIBRATION in steps:
-            found.window = self._attempt("photographs", self._photographs)
-            self._judge_photographs()
         if Step.FORCE in steps:
             found.force = self._attempt(Step.FORCE, lambda: measure_force(self.scene))
             found.warnings += [] if found.force is None else [f"force: {text}" for text in found.force.faults]
+        if Step.CALIBRATION in steps:
+            found.window = self._attempt("photographs", self._photographs)
+            self._judge_photographs()
         if found.window is not None:
             self._displacement(found.window)
             self._geometry(found.window)
@@ -155,11 +156,18 @@ class _Run:
         frames, calibration = self.found.frames, self.found.calibration
         assert frames is not None
         assert calibration is not None
-        key = self._window_key()
+        first = first_frame(self.scene, frames, calibration.mm_per_px, self.found.force_record())
+        if first:
+            self.found.warnings.append(
+                f"frame {first} shows the sand at rest, by the log: it stands for the first"
+            )
+        key = self._window_key(first)
         arrays = self.kept.load("window", key)
         if arrays is not None:
             return WindowRecord.from_arrays(arrays)
-        record = watch(self.scene, frames, calibration, workers=self.workers, progress=self.progress)
+        record = watch(
+            self.scene, frames, calibration, first=first, workers=self.workers, progress=self.progress
+        )
         self.kept.save("window", key, record.to_arrays())
         return record
 
@@ -180,7 +188,7 @@ class _Run:
                 for frame in np.flatnonzero(share < LEAST_FOLLOWED).tolist():
                     found.lost_frames.setdefault(frame, "none of the points could be followed to it")
         found.faults += [f"frame {frame}: {reason}" for frame, reason in sorted(found.lost_frames.items())]
-        unseen = [f for f in np.flatnonzero(np.isnan(window.blade[:, 0])) if f not in found.lost_frames]
+        unseen = [f for f in np.flatnonzero(np.isnan(window.blade[:, 0])) if f not in window.lost_frames]
         if len(unseen) > len(found.frames) // 2:
             what = f"the face was not found in {len(unseen)} of {len(found.frames)} photographs"
             self._lose(Step.BLADE, f"{what}; check tip_px, direction, mm_per_px and the blade's size")
@@ -188,12 +196,12 @@ class _Run:
             found.warnings += [f"frame {f}: the blade's face was not found in the photograph" for f in unseen]
         found.warnings += [f"frame {f}: {text}" for f, texts in window.notes.items() for text in texts]
 
-    def _window_key(self) -> str:
+    def _window_key(self, first: int) -> str:
         """Key of all that the walk through the photographs depends on."""
         settings = self.scene.model_dump_json(include={"blade", "camera", "tracers", "piv", "soil", "box"})
         digests = self.found.input_digests
         files = [f"{name}={digests[name]}" for name in provenance.window_files(self.scene)]
-        return store.key_of(provenance.code_digest(), settings, *files)
+        return store.key_of(provenance.code_digest(), settings, str(first), *files)
 
     def _displacement(self, window: WindowRecord) -> None:
         found = self.found

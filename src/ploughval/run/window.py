@@ -67,6 +67,7 @@ def watch(
     frames: FrameSeries,
     calibration: Calibration,
     *,
+    first: int = 0,
     workers: int = 1,
     progress: Progress | None = None,
 ) -> WindowRecord:
@@ -80,6 +81,8 @@ def watch(
         The photographs.
     calibration : Calibration
         Pixels to millimetres.
+    first : int
+        Frame that shows the sand at rest; those before it are lost.
     workers : int
         Threads; with more than one the next photograph is read and looked at while one is tracked. The
         numbers do not depend on it.
@@ -94,10 +97,10 @@ def watch(
     Raises
     ------
     DataError
-        When no photograph can be read at all, or the first one cannot.
+        When the first photograph cannot be read.
     """
     walk = _Walk(scene, calibration, frames, workers)
-    looks = _Looks(scene, calibration, frames)
+    looks = _Looks(scene, calibration, frames, first)
     for look in looks.ahead() if workers > 1 else looks.one_by_one():
         walk.take(look)
         if progress is not None:
@@ -120,8 +123,8 @@ class _Look:
 class _Looks:
     """Reads the photographs in their order and looks at each: camera, blade, sand, surface, dyed layers."""
 
-    def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries) -> None:
-        self._scene, self._calibration, self._frames = scene, calibration, frames
+    def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries, first: int) -> None:
+        self._scene, self._calibration, self._frames, self._first = scene, calibration, frames, first
         self._watcher = Watcher(scene, calibration)
         self._camera: CameraWatch | None = None
         self._last_shift = np.zeros(2)
@@ -146,7 +149,7 @@ class _Looks:
         try:
             image = self._frames.read(frame)
         except DataError as error:
-            if frame == 0:
+            if frame == self._first:
                 raise
             return _Look(frame, None, fault=str(error))
         if self._camera is None:
@@ -193,7 +196,7 @@ class _Walk:
         """Take in a photograph that was looked at."""
         if look.image is None or look.sight is None:
             self._lost[look.frame] = look.fault
-            if self._tracker is not None:
+            if self._tracker is not None and self._seen:
                 self._seen.append(self._tracker.skip())
             return
         camera = look.camera or CameraMovement(np.zeros(2), 0.0, 0.0, 1.0)
@@ -202,9 +205,10 @@ class _Walk:
         self._note(look.frame, look.sight)
         if self._tracker is None:
             return
-        if look.frame == 0:
+        if not self._seen:
             self._points = place_points(look.sight.sand, self._calibration, self._scene)
             self._tracker.start(look.image, self._points.px, look.sight.sand)
+            self._seen += [_missing(len(self._points.px))] * look.frame
             self._seen.append(_at_rest(self._points.px))
         else:
             self._seen.append(self._tracker.advance(look.image, look.sight.sand, camera))
@@ -252,6 +256,13 @@ def _at_rest(points_px: Floats) -> FramePoints:
         zncc=np.ones(count),
         status=np.full(count, Status.OK, np.int8),
     )
+
+
+def _missing(count: int) -> FramePoints:
+    """Points of a frame before the first one that could be read."""
+    nothing = np.full(count, np.nan)
+    status = np.full(count, Status.FRAME_MISSING, np.int8)
+    return FramePoints(np.full((count, 2), np.nan), nothing, nothing, status)
 
 
 def _stack(rows: list[Floats], columns: int) -> Floats:
