@@ -11,6 +11,10 @@ from ploughval.errors import CorrelationError
 
 Floats = NDArray[np.float64]
 
+LEAST_POINTS = 4  # that a plane is put through
+MOST_CONDITION = 1e6  # of its normal equations
+_PAIRS = ((0, 0), (0, 1), (1, 0), (1, 1))
+
 
 class StrainMeasure(StrEnum):
     """Named strain measures; extension positive, compression negative, shear as the tensor component."""
@@ -66,6 +70,20 @@ def strain_of(gradient: ArrayLike, measure: StrainMeasure | str) -> Floats:
     return out
 
 
+def max_shear(strain: ArrayLike) -> Floats:
+    """Maximum shear strain (N,) of strains (N, 2, 2): difference of the principal strains, 1.
+
+    As an engineering strain, twice the largest tensor component in any direction.
+
+    Examples
+    --------
+    >>> max_shear([[[0.0, 0.02], [0.02, 0.0]]]).round(6)
+    array([0.04])
+    """
+    e = np.asarray(strain, np.float64)
+    return np.asarray(np.hypot(e[..., 0, 0] - e[..., 1, 1], 2 * e[..., 0, 1]))
+
+
 def strain_field(
     points: ArrayLike,
     displacement: ArrayLike,
@@ -73,19 +91,22 @@ def strain_field(
     gauge_px: float,
     std_px: ArrayLike = 0.0,
     measure: StrainMeasure | str = StrainMeasure.GREEN_LAGRANGE,
+    at: ArrayLike | None = None,
 ) -> StrainField:
     """Strain from the plane that fits the displacements within half a gauge of each point.
 
     Parameters
     ----------
     points, displacement : (N, 2) float, px
-        NaN displacements are not used.
+        NaN displacements are not used. Any other unit will do, if gauge and std have it too.
     gauge_px : float, px
         Diameter of the circle of neighbours.
     std_px : (N,) or float, px
         Standard deviation of a displacement component, for the noise floor.
     measure : StrainMeasure
         Which strain.
+    at : (M, 2) float, px, or None
+        Where strain is wanted; None: at the points.
 
     Raises
     ------
@@ -97,27 +118,42 @@ def strain_field(
         raise CorrelationError(f"points {place.shape} and displacement {moved.shape}; expected both (N, 2)")
     if not gauge_px > 0:
         raise CorrelationError(f"gauge_px is {gauge_px}; expected more than 0 px")
+    wanted = place if at is None else np.asarray(at, np.float64).reshape(-1, 2)
     std = np.broadcast_to(np.asarray(std_px, np.float64), len(place))
-    gradient, floor = np.full((len(place), 2, 2), np.nan), np.full(len(place), np.nan)
     valid = np.flatnonzero(np.isfinite(moved).all(axis=1))
-    if valid.size:
-        tree = cKDTree(place[valid])
-        for n, near in enumerate(tree.query_ball_point(place, gauge_px / 2)):
-            gradient[n], floor[n] = _plane(
-                place[valid[near]] - place[n], moved[valid[near]], std[valid[near]]
-            )
+    gradient, floor = _planes(place[valid], moved[valid], std[valid], wanted, gauge_px / 2)
     return StrainField(strain_of(gradient, measure), gradient, floor, StrainMeasure(measure), float(gauge_px))
 
 
-def _plane(offset: Floats, moved: Floats, std: Floats) -> tuple[Floats, float]:
-    """Gradient (2, 2) of the least-squares plane and its noise, NaN where the points do not span one."""
-    nothing = np.full((2, 2), np.nan), np.nan
-    if len(offset) < 4:
-        return nothing
-    centred = offset - offset.mean(axis=0)
-    normal = centred.T @ centred
-    if np.linalg.cond(normal) > 1e6:
-        return nothing
-    inverse = np.linalg.inv(normal)
-    weights = inverse @ centred.T  # (2, K): gradient = weights @ displacement
-    return (weights @ moved).T, float(np.sqrt(np.mean((weights**2) @ std**2)))
+def _planes(
+    place: Floats, moved: Floats, std: Floats, wanted: Floats, radius: float
+) -> tuple[Floats, Floats]:
+    """Gradients (M, 2, 2) of planes about places, by least squares, and their noise; NaN where none is spanned."""
+    gradient, floor = np.full((len(wanted), 2, 2), np.nan), np.full(len(wanted), np.nan)
+    if not len(place) or not len(wanted):
+        return gradient, floor
+    near = cKDTree(place).query_ball_point(wanted, radius)
+    count = np.array([len(found) for found in near])
+    if not count.any():
+        return gradient, floor
+    node = np.repeat(np.arange(len(wanted)), count)
+    index = np.concatenate([np.asarray(found, np.intp) for found in near])
+
+    def sums(values: Floats) -> Floats:
+        return np.asarray(np.bincount(node, values, len(wanted)), np.float64)
+
+    offset, motion = place[index] - wanted[node], moved[index]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        offset -= np.stack([sums(v) / count for v in offset.T], axis=1)[node]
+    xx, xy, yy = (sums(offset[:, a] * offset[:, b]) for a, b in ((0, 0), (0, 1), (1, 1)))
+    determinant = xx * yy - xy**2
+    # eigenvalues of the normal matrix: trace^2 / determinant is their ratio where that is large
+    spans = (count >= LEAST_POINTS) & (determinant * MOST_CONDITION > (xx + yy) ** 2)
+    inverse = np.stack([yy, -xy, -xy, xx], axis=1)[spans] / determinant[spans, None]
+    inverse = inverse.reshape(-1, 2, 2)
+    mixed = np.stack([[sums(offset[:, a] * motion[:, b]) for a in (0, 1)] for b in (0, 1)])  # (2, 2, M)
+    gradient[spans] = np.einsum("bam,mac->mbc", mixed[..., spans], inverse)
+    noise = np.stack([sums(std[index] ** 2 * offset[:, a] * offset[:, b]) for a, b in _PAIRS], axis=1)
+    spread = inverse @ noise[spans].reshape(-1, 2, 2) @ inverse
+    floor[spans] = np.sqrt(np.trace(spread, axis1=1, axis2=2) / 2)
+    return gradient, floor

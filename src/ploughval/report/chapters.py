@@ -22,6 +22,7 @@ from ploughval.report.figures import (
     budget_figure,
     field_figure,
     force_figure,
+    kinematics_figure,
     mobilised_figure,
 )
 from ploughval.report.results import Results
@@ -29,6 +30,7 @@ from ploughval.report.stages import stage_frames, view
 from ploughval.report.text import number
 from ploughval.scene import Step
 
+MOST_PLACES = 12  # increments that are named
 MOST_FIELDS = 6  # a field is heavy; the layers show every stage
 
 
@@ -131,7 +133,54 @@ def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
     notes = list(missing)
     if results.bands is not None and results.bands.empty:
         notes.append("No shear band was found in the measurement.")
-    return Chapter("bands", "Shear bands", drawings=[drawing], tables=tables, notes=notes)
+    drawings = [drawing]
+    if results.increments is not None and results.increments["velocity_x"].notna().any():
+        drawings.append(_kinematics(results.increments, pen))
+    if results.increments is not None:
+        tables += _mechanisms(results.increments)
+    return Chapter("bands", "Shear bands", drawings=drawings, tables=tables, notes=notes)
+
+
+def _kinematics(increments: pd.DataFrame, pen: Pen) -> Drawing:
+    """The block's velocity, and in how many increments it is that of a rigid block over the band."""
+    known = increments.dropna(subset=["velocity_y", "velocity_y_std", "beta_deg", "beta_std_deg"])
+    beta = np.radians(known["beta_deg"].to_numpy(float))
+    std = np.hypot(
+        known["velocity_y_std"], np.radians(known["beta_std_deg"].to_numpy(float)) / np.cos(beta) ** 2
+    )
+    agree = int((np.abs(known["velocity_y"] - np.tan(beta)) < 2 * std).sum())
+    return pen.draw(
+        kinematics_figure(increments),
+        "Velocity of the moving block along the travel and upwards for a millimetre of the blade.",
+        "Motion of the block for a millimetre of the blade. A rigid block over one band moves by 1 along and "
+        f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments.",
+    )
+
+
+_MECHANISMS = {
+    "one_band": "one band is enough",
+    "two_bands": "two bands through the tip",
+    "shear_along_blade": "shearing along the blade",
+    "diffuse": "no sharp band: motion fades in gradually",
+    "still": "the sand does not move",
+    "": "could not be told: too few points, or too little travel",
+}
+
+
+def _mechanisms(increments: pd.DataFrame) -> list[Table]:
+    """How many increments moved in which way, and which ones did not move over one band."""
+    rows = []
+    for name, words in _MECHANISMS.items():
+        some = increments[increments["mechanism"] == name]
+        if len(some):
+            places = "" if name == "one_band" else ", ".join(f"{u:.1f}" for u in some["u_mm"][:MOST_PLACES])
+            more = " …" if name != "one_band" and len(some) > MOST_PLACES else ""
+            evidence = some["evidence"].max()
+            rows.append(
+                [Cell(words), value_cell(len(some)), value_cell(float(evidence), 3), Cell(places + more)]
+            )
+    head = ("Motion", "Increments", "Largest evidence against one band, ln", "Beginning at u, mm")
+    return [Table("One band or not, by increments", head, rows, kind="cards")] if rows else []
 
 
 def _count(table: pd.DataFrame | None) -> str:

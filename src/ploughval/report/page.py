@@ -21,6 +21,7 @@ from ploughval.report.chapters import (
 from ploughval.report.comparison import comparison_context
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
+from ploughval.report.shear import shear_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, tiles, verdict
 
@@ -70,6 +71,7 @@ def single_page(results: Results) -> str:
         layers_chapter(results, pen),
         bands_chapter(results, pen),
         field_chapter(results, pen),
+        shear_chapter(results, pen),
         friction_chapter(results, pen),
         budget_chapter(results, pen),
         quality_chapter(results, pen),

@@ -64,7 +64,7 @@ class Verdict:
 class _Points:
     """Points in order of their angle about the tip, with rates and their noise.
 
-    ``sharing``: points that share one subset's worth of information; ``width_mm``: of the change across a band.
+    ``sharing``: points that share one subset's worth of information; ``width_mm``: of the change at a band.
     """
 
     place: Floats

@@ -1,4 +1,4 @@
-"""Bands of made tests against their exact motion: found once, none invented, each figure with an honest std."""
+"""Bands of made tests against their exact motion: found once, none invented, with honest stds."""
 
 import itertools
 
@@ -69,14 +69,14 @@ def test_bands_start_within_a_frame_interval_at_their_outcrop_and_angle(runs):
 
 
 def test_stated_deviations_cover_the_errors(runs):
-    """Within one 60 to 80 %, within two 90 % and more: a normal distribution's 68 and 95 %, and their doubt."""
+    """Within one 55 to 82 %, within two 88 % and more: a normal distribution's 68 and 95 %, with doubt."""
     table = pd.concat([errors(test, found) for test, found in runs])
     table = table[table["share"] == 1.0]
     assert len(table) > 350
     for name in ("beta", "outcrop", "velocity_x", "velocity_y"):
         within = [float((table[name].abs() < k).mean()) for k in (1, 2)]
         assert 0.55 < within[0] < 0.82, (name, within)
-        assert 0.88 < within[1], (name, within)
+        assert within[1] > 0.88, (name, within)
 
 
 def test_one_band_is_called_enough_where_it_is_and_not_where_two_were_active(runs):
@@ -155,7 +155,7 @@ def test_the_numbers_of_a_mirrored_order_of_points_are_the_same(made):
 
 @pytest.mark.parametrize(("scale", "noise"), [*itertools.product((0.25, 0.1), (0.02, 0.1))])
 def test_sand_that_shears_along_the_blade_is_told_from_a_second_band(made, scale, noise):
-    """Within a few mm of the face the sand lags by up to a third of its rise, as friction on the face does."""
+    """Within a few mm of the face the sand rises by as little as 0.4 of the rest, as friction there does."""
     test = made((40.0, 33.0), frames=20, mm_per_px=scale, noise_px=noise)
     tracks = test.tracks
     x, y, u = (tracks[name].to_numpy() for name in ("x_mm", "y_mm", "u_mm"))

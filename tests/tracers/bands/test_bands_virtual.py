@@ -1,4 +1,4 @@
-"""The band finder on sand that no block model moved: a material-point run of the same scene (shared with others)."""
+"""The band finder on sand that no block model moved: a material-point run of the same scene."""
 
 from pathlib import Path
 

@@ -4,9 +4,11 @@ from ploughval.report.figures.agreement import agreement_figure
 from ploughval.report.figures.bands import bands_figure
 from ploughval.report.figures.field import field_figure
 from ploughval.report.figures.force import arm_figure, budget_figure, force_figure
+from ploughval.report.figures.kinematics import kinematics_figure
 from ploughval.report.figures.layers import Picture, Side, layers_figure
 from ploughval.report.figures.preview import preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
+from ploughval.report.figures.shear import shear_figure
 from ploughval.report.figures.soil import mobilised_figure
 from ploughval.report.figures.volume import volume_figure
 
@@ -21,8 +23,10 @@ __all__ = [
     "field_figure",
     "force_figure",
     "forces_figure",
+    "kinematics_figure",
     "layers_figure",
     "mobilised_figure",
     "preview_figure",
+    "shear_figure",
     "volume_figure",
 ]

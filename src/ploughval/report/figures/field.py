@@ -16,7 +16,7 @@ Points = NDArray[np.float64]
 MOST_VECTOR_POINTS = 600
 MOST_ARROWS = 140
 # Without the darkest part, which would vanish on a dark page.
-_COLOURS = LinearSegmentedColormap.from_list("sand", colormaps["cividis"](np.linspace(0.25, 1.0, 64)))
+COLOURS = LinearSegmentedColormap.from_list("sand", colormaps["cividis"](np.linspace(0.25, 1.0, 64)))
 
 
 def increment(tracks: xr.Dataset, before: int, after: int) -> tuple[Points, Points]:
@@ -68,7 +68,7 @@ def field_figure(
     axes = figure.subplots()
     size = np.hypot(rate[:, 0], rate[:, 1])
     points = axes.scatter(
-        position[:, 0], position[:, 1], c=size, s=9, cmap=_COLOURS, vmin=0, vmax=1.25, lw=0,
+        position[:, 0], position[:, 1], c=size, s=9, cmap=COLOURS, vmin=0, vmax=1.25, lw=0,
         rasterized=len(size) > MOST_VECTOR_POINTS,
     )  # fmt: skip
     _arrows(axes, position, rate, size)
