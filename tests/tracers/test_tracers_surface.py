@@ -65,6 +65,16 @@ def test_the_mask_is_the_sand_ahead_and_below_the_tip_without_the_blade(stage, d
     assert not sand[(y > heap(u)(x) + 3 * clear) & (x > u)].any()  # nor air
 
 
+def test_a_heap_that_leaves_the_picture_is_said_to(stage):
+    """All that is seen rises by 1 mm while the blade goes 2 mm."""
+    drawn = stage()
+    watcher = Watcher(drawn.scene, drawn.calibration)
+    for k in range(4):
+        reasons = watcher.see(k, drawn.draw(2.0 * k, lambda x, k=k: flat(x) + k, seed=k + 1)).reasons
+        assert k > 0 or reasons == ()
+    assert reasons == ("surface: the moving heap reaches the end of the picture",)
+
+
 def test_sand_further_back_that_shows_above_the_surface_is_not_taken_for_the_surface(stage):
     """The uppermost sand is a dark layer; behind it sand paler than any before rises above it."""
     drawn = stage(air=90.0, layers=(24.0,))

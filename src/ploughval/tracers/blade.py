@@ -176,7 +176,8 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     contrast = outside - inside
     scatter = np.hypot(behind.std(axis=1), ahead.std(axis=1)) / np.sqrt(3)
     share = (part - inside[:, None]) / np.where(contrast == 0, np.inf, contrast)[:, None]
-    place = _balanced(share, _nearest_half(share, column - left)) + left
+    place, tails = _balanced(share, _nearest_half(share, column - left))
+    place += left
     noise = np.median(scatter)
     good = np.isfinite(place) & (np.abs(contrast) > _LEAST_CONTRAST * np.maximum(scatter, 0.3 * noise))
     if good.sum() < 2:
@@ -187,18 +188,21 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     place, weight = place[kept], weight[kept]
     mean = float(np.average(place, weights=weight))
     std = float(np.sqrt(np.sum(weight**2 * (place - mean) ** 2)) / weight.sum())
-    return BladeSight(mean, float(np.hypot(std, _GRAIN_PX))), float(weight.sum())
+    blurred = float(np.average(tails[good][kept], weights=weight))
+    return BladeSight(mean, float(np.hypot(std, max(_GRAIN_PX, blurred)))), float(weight.sum())
 
 
-def _balanced(share: Floats, place: Floats) -> Floats:
+def _balanced(share: Floats, place: Floats) -> tuple[Floats, Floats]:
     """Edge that leaves as much of the body ahead as is missing behind, over a few columns about a place.
 
-    The half-level itself depends on where in its pixel the edge stands (Tabatabai and Mitchell 1984).
+    The half-level itself depends on where in its pixel the edge stands (Tabatabai and Mitchell 1984). Also
+    how much of the edge's blur lies beyond those columns, px.
     """
     middle = np.rint(np.nan_to_num(place)).astype(int)
     around = np.clip(middle[:, None] + np.arange(-_BLUR_PX, _BLUR_PX + 1), 0, share.shape[1] - 1)
     body = 1 - np.clip(np.take_along_axis(share, around, axis=1), 0.0, 1.0)
-    return np.asarray(np.where(np.isfinite(place), middle - _BLUR_PX - 0.5 + body.sum(axis=1), np.nan))
+    edge = np.where(np.isfinite(place), middle - _BLUR_PX - 0.5 + body.sum(axis=1), np.nan)
+    return edge, 1 - body[:, 0] + body[:, -1]
 
 
 def _densest_half(place: Floats) -> tuple[float, float]:

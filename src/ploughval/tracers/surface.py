@@ -29,6 +29,7 @@ _STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
 _RIM, _SCRAP = 14, 12  # points beside a hidden stretch, and in a row between two, that are not believed
 _BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
+_STILL_SHARE, _STILL_PX = 0.03, 3.0  # of the depth, px: a surface that differs less from rest is still
 _BESIDE, _DISAGREE_PX = 7, 4.0  # points beside a stretch without contrast, and how far they may differ
 _WIDER = 1.5  # times: the strip of a column that was not seen, every photograph
 _LEAVES, _BELOW, _ABOVE, _BEYOND = 1, 2, 3, 4
@@ -48,6 +49,7 @@ class SurfaceTrace:
 
     ``hidden``: (K, 2) first and last columns of the stretches that are not seen, ``causes`` why.
     ``top``: (w,) row of the surface in every column, from the last photograph in which it was seen there.
+    ``cut_off``: it has moved up to the end of the picture, beyond which more may move.
     """
 
     column: Floats
@@ -56,6 +58,7 @@ class SurfaceTrace:
     hidden: Floats
     causes: tuple[str, ...]
     top: Floats
+    cut_off: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,7 @@ class SurfaceFinder:
     def __init__(self, appearance: Appearance, depth_px: float) -> None:
         self._look = appearance
         self._slack = max(_SLACK_SHARE * depth_px, _SLACK_PX)
+        self._still = max(_STILL_SHARE * depth_px, _STILL_PX)
         self._top = appearance.top.astype(float).copy()
         self._missed = np.zeros(len(self._top))
         self._tables = _tables(appearance)
@@ -127,7 +131,8 @@ class SurfaceFinder:
         seen = _without_scraps(doubt == 0)
         self._remember(column, row, seen)
         hidden, causes = _stretches(column, ~seen, doubt)
-        return SurfaceTrace(column[seen], row[seen], std[seen], hidden, causes, self._top.copy())
+        cut_off = abs(self._top[-1] - self._look.top[-1]) > self._still
+        return SurfaceTrace(column[seen], row[seen], std[seen], hidden, causes, self._top.copy(), cut_off)
 
     def _strips(self, first: int, count: int, travel: float) -> tuple[Ints, int]:
         """Uppermost row in which each point may stand, and how many rows it may take."""

@@ -199,6 +199,8 @@ class Watcher:
         for (first, last), cause in zip(surface.hidden, surface.causes, strict=False):
             start, end = view.x_mm(first - across), view.x_mm(last - across)
             reasons.append(f"surface: not seen from x = {start:.1f} to {end:.1f} mm: {cause}")
+        if surface.cut_off:
+            reasons.append("surface: the moving heap reaches the end of the picture")
         for height, points in dyed_mm.items():
             if not np.isfinite(points[:, 0]).any():
                 reasons.append(f"layer {height:g} mm: {self._why_not(height)}")
