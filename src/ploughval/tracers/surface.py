@@ -131,7 +131,8 @@ class SurfaceFinder:
         seen = _without_scraps(doubt == 0)
         self._remember(column, row, seen)
         hidden, causes = _stretches(column, ~seen, doubt)
-        cut_off = abs(self._top[-1] - self._look.top[-1]) > self._still
+        end = int(column[-1])
+        cut_off = abs(self._top[end] - self._look.top[end]) > self._still
         return SurfaceTrace(column[seen], row[seen], std[seen], hidden, causes, self._top.copy(), cut_off)
 
     def _strips(self, first: int, count: int, travel: float) -> tuple[Ints, int]:
