@@ -5,7 +5,7 @@ import pytest
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError
-from ploughval.tracers.view import View
+from ploughval.tracers.view import View, moved_back
 
 MATRIX = np.array(
     [[4.9, 0.3, 40.2], [0.2, -5.1, 150.7], [1e-4, 2e-4, 1.0]]
@@ -69,6 +69,34 @@ def test_in_perspective_the_grid_lies_along_the_world_axes():
     assert np.abs(cut[60:140, 100:300].astype(float) - expected).max() < 3.0
     mask = view.uncut((cut > 22000).astype(np.uint8), 0).astype(bool)
     assert np.mean(mask == (image > 22000)) > 0.995
+
+
+def test_parts_of_a_resampled_picture_are_those_of_the_whole():
+    image = np.random.default_rng(4).integers(0, 255, (200, 400), dtype=np.uint8)
+    cut = View(image.shape, Turned()).cut(image)
+    whole = cut[:, :]
+    assert whole.shape == cut.shape
+    assert np.array_equal(cut[20:60, 30:90], whole[20:60, 30:90])
+    assert np.array_equal(cut[::4, ::3], whole[::4, ::3])
+
+
+@pytest.mark.parametrize("direction", list(Direction))
+def test_a_small_shift_is_told_in_columns_and_rows(stage, direction):
+    drawn = stage(direction=direction)
+    view = View(drawn.shape, drawn.calibration)
+    assert view.offset((0.3, -0.2)) == pytest.approx((0.3 * direction.sign, -0.2), abs=1e-9)
+
+
+@pytest.mark.parametrize("shift", [(0, 0), (3, -2), (-4, 1)])
+def test_a_whole_shift_is_undone(shift):
+    """What stood at p + shift comes to p; from outside comes the nearest pixel, or the border's code."""
+    image = np.random.default_rng(3).integers(0, 255, (20, 30), dtype=np.uint8)
+    y, x = np.mgrid[:20, :30]
+    rows, cols = y + shift[1], x + shift[0]
+    inside = (rows >= 0) & (rows < 20) & (cols >= 0) & (cols < 30)
+    expected = image[np.clip(rows, 0, 19), np.clip(cols, 0, 29)]
+    assert np.array_equal(moved_back(image, shift), expected)
+    assert np.array_equal(moved_back(image, shift, 99), np.where(inside, expected, 99))
 
 
 def test_a_view_outside_the_photograph_is_refused(stage):

@@ -8,7 +8,7 @@ from ploughval.tracers.view import Cut, Floats, Image
 
 _BLOCKS = 48  # along the longer side
 _SAMPLES = 8  # pixels along a block's side that are read
-_ROUNDS = 12
+_ROUNDS = 25
 _TUKEY = 4.685  # of the biweight, Huber and Ronchetti (2009)
 _SCATTER_FLOOR = 0.003  # of the logarithm: finer differences of two pictures are noise
 _NEGLIGIBLE = 0.002  # of the light: such a change is not worth a multiplication
@@ -87,10 +87,10 @@ class LightMeter:
             return Lighting(self._shape, agrees=False)
         change = np.log(mean[usable] / self._rest[usable])
         terms, weight = self._terms[usable], np.sqrt(self._rest[usable])
-        fit = np.array([_densest(change), 0.0, 0.0])
+        fit = np.array([_densest(change)[0], 0.0, 0.0])
         for _ in range(_ROUNDS):
             off = np.abs(change - terms @ fit)
-            scatter = max(1.4826 * float(np.median(off)), _SCATTER_FLOOR)
+            scatter = max(_densest(change - terms @ fit)[1], _SCATTER_FLOOR)
             say = weight * np.maximum(1 - (off / (_TUKEY * scatter)) ** 2, 0.0) ** 2
             fit = np.linalg.lstsq(terms * np.sqrt(say)[:, None], change * np.sqrt(say), rcond=None)[0]
         if scatter > _MOST_SCATTER or np.mean(off < 3 * scatter) < _LEAST_SHARE:
@@ -108,9 +108,10 @@ class LightMeter:
         )
 
 
-def _densest(value: Floats) -> float:
-    """Middle of the shortest interval that holds half of the values."""
+def _densest(value: Floats) -> tuple[float, float]:
+    """Middle of the shortest interval that holds half of the values, and the std that its length tells."""
     ordered = np.sort(value)
     half = len(ordered) // 2 + 1
-    first = int(np.argmin(ordered[half - 1 :] - ordered[: len(ordered) - half + 1]))
-    return float(np.median(ordered[first : first + half]))
+    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
+    first = int(np.argmin(lengths))
+    return float(np.median(ordered[first : first + half])), float(lengths[first]) / 1.349
