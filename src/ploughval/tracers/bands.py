@@ -11,7 +11,7 @@ from ploughval.scene import Scene
 from ploughval.tracers.episodes import Episode, divide
 from ploughval.tracers.increment import Motion, frame_number, motion_of, pairs_of
 from ploughval.tracers.line import BandLine, fit_line
-from ploughval.tracers.mechanism import judge
+from ploughval.tracers.mechanism import Mechanism, judge
 from ploughval.tracers.outcrop import height, line_of, outcrop
 from ploughval.tracers.switches import as_it_began, start_of
 
@@ -65,6 +65,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
         band[episode.rows] = number
     table["band"] = band
     starts = [start_of(motions, table, episodes, number) for number in range(len(episodes))]
+    _name_switches(table, [start for start, _ in starts[1:]])
     began = [as_it_began(e, line_of(surface, int(table["frame"].loc[e.rows[0]]))) for e in episodes]
     bands = pd.DataFrame(
         [_band(number, table, began, starts) for number in range(len(episodes))], columns=list(BAND_COLUMNS)
@@ -86,7 +87,7 @@ def _increment(
     resolved = noise * _LEAST_TRAVEL_STDS < 1 and len(motion.place) >= _LEAST_POINTS
     line = fit_line(motion) if resolved else None
     verdict = judge(motion, line, resolved=resolved)
-    row |= {"mechanism": verdict.mechanism or "", "evidence": verdict.evidence}
+    row |= {"mechanism": str(verdict.mechanism or ""), "evidence": verdict.evidence}
     if line is None:
         return row
     lines = [line_of(surface, frame_number(tracks, k)) for k in pair]
@@ -104,6 +105,17 @@ def _increment(
         "slip_mm": slip,
         **_velocity(line),
     }
+
+
+def _name_switches(table: pd.DataFrame, starts: list[float]) -> None:
+    """Call an increment within which a band took over from another by what it is, where one was not enough.
+
+    Alone it may as well have sheared along the blade, if the old band was steep, or nowhere sharply.
+    """
+    for start in starts:
+        within = (table["u_mm"] <= start) & (start < table["u_mm"] + table["du_mm"])
+        vague = table["mechanism"].isin([Mechanism.SHEAR_ALONG_BLADE, Mechanism.DIFFUSE])
+        table.loc[within & vague, "mechanism"] = str(Mechanism.TWO_BANDS)
 
 
 def _velocity(line: BandLine) -> dict[str, float]:

@@ -62,6 +62,7 @@ def _bars(axes: Axes, bands: pd.DataFrame, increments: pd.DataFrame | None, valu
         middle, spread = np.full(2, float(band[value])), np.full(2, float(band[std]))
         if value == "beta_deg" and increments is not None:
             own = increments[(increments["band"] == band["band"]) & increments[value].notna()]
+            own = own[own["mechanism"] == "one_band"] if (own["mechanism"] == "one_band").sum() > 1 else own
             if len(own) > 1:
                 u, middle, spread = (own[name].to_numpy(float) for name in ("u_mm", value, std))
         spread = 2 * np.nan_to_num(spread)

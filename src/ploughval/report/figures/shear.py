@@ -69,7 +69,7 @@ def shear_figure(
     panel = min(4.5 * (y1 - y0) / (x1 - x0), 4.0)
     figure = new_figure(0.5 + 2 * (panel + 0.85), width_in=STAGE_WIDTH_IN)
     for axes, shown, text in zip(
-        figure.subplots(2, 1, sharex=True),
+        figure.subplots(2, 1),
         (increment, total),
         (f"from u = {u_mm[0]:.1f} mm to {u_mm[1]:.1f} mm", f"from the start to u = {u_mm[1]:.1f} mm"),
         strict=True,
