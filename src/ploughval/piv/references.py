@@ -10,6 +10,7 @@ from ploughval.piv.interpolate import SlopeFilter
 from ploughval.piv.precision import Noise, judge_noise
 from ploughval.piv.state import State
 from ploughval.piv.subsets import Fit, Floats, Recipe
+from ploughval.piv.validate import usual_zncc
 from ploughval.piv.windows import WHOLE
 
 Index = NDArray[np.intp]
@@ -18,6 +19,9 @@ RENEW = 0.85
 """A point's reference is renewed when its correlation falls below this share of its first one."""
 WORN = 2
 """Frames in a row in which that must be so: one picture out of focus is no reason."""
+FALL = 0.03
+"""A correlation that fell by more than this share of what is usual since the last frame, and would be as near to
+the least one after another such fall, calls for a newer reference at once."""
 RETRIES = 3
 """Frames in which a point that failed is tried again before it is given up."""
 REFERENCES = 3
@@ -32,6 +36,8 @@ class References:
     recipe : Recipe
     workers : int
         Threads.
+    zncc_min : float
+        Least correlation of a valid vector, relative to what is usual.
 
     Attributes
     ----------
@@ -40,11 +46,11 @@ class References:
     noise : Noise of the pictures, once two of them have told it
     """
 
-    def __init__(self, recipe: Recipe, workers: int) -> None:
+    def __init__(self, recipe: Recipe, workers: int, zncc_min: float) -> None:
         self.recipe = replace(recipe, slopes=SlopeFilter.PLAIN)
         self.held: dict[int, Reference] = {}
         self.noise, self._judged = Noise(), False
-        self._workers = workers
+        self._workers, self._zncc_min = workers, zncc_min
 
     def hold(self, frame: int, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture as a reference: places (N, 2) px of the points in it, std (N,); NaN: not known."""
@@ -74,7 +80,7 @@ class References:
     def renew_worn(
         self, frame: int, picture: Picture, fit: Fit, state: State, found: tuple[Index, Floats, Floats]
     ) -> None:
-        """Renew the references of points whose correlation has been low for a while.
+        """Renew the references of points whose correlation has been low for a while, or is about to fail.
 
         ``found``: points that were found in this frame, places (N, 2) and std (N,) px of all.
         """
@@ -83,7 +89,7 @@ class References:
         state.first_zncc[new] = fit.zncc[new]
         low = fit.zncc[ok] < RENEW * state.first_zncc[ok]
         state.worn[ok] = np.where(low, state.worn[ok] + 1, 0)
-        worn = ok[state.worn[ok] >= WORN]
+        worn = ok[(state.worn[ok] >= WORN) | self._failing(fit, state, ok)]
         newest = self.held[max(self.held)]
         known = (state.reference[worn] < newest.frame) & np.isfinite(newest.std[worn])
         self._rebase(state, worn[known], newest.frame)
@@ -96,6 +102,13 @@ class References:
             worn = np.union1d(worn, self._drop_stale(frame, state, spread))
         self.hold(frame, picture, there, spread)
         self._rebase(state, worn, frame)
+
+    def _failing(self, fit: Fit, state: State, ok: Index) -> NDArray[np.bool_]:
+        """Which points of an index are about to correlate too little."""
+        share = fit.zncc[ok] / usual_zncc(fit, self.noise.variance)
+        fall = np.nan_to_num(state.share[ok] - share)
+        state.share[ok] = share
+        return np.asarray((fall > FALL) & (share - fall < self._zncc_min + FALL))
 
     def _drop_stale(self, frame: int, state: State, spread: Floats) -> Index:
         """Let go of the reference with the fewest points; returns those of them that the new one knows."""
@@ -119,4 +132,5 @@ class References:
         state.reference[index] = frame
         state.first_zncc[index] = np.nan
         state.worn[index] = 0
+        state.share[index] = np.nan
         state.window[index] = WHOLE

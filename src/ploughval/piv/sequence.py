@@ -41,7 +41,7 @@ class Tracker:
         self._recipe = make_recipe(side, settings.order, settings.spline)
         self._settings = settings
         self._workers = workers
-        self._references = References(self._recipe, workers)
+        self._references = References(self._recipe, workers, settings.zncc_min)
         self._frame = 0
         self._state: State | None = None
 
@@ -57,7 +57,7 @@ class Tracker:
         points = check_points(points_px)
         count = len(points)
         self._frame = 0
-        self._references = References(self._recipe, self._workers)
+        self._references = References(self._recipe, self._workers, self._settings.zncc_min)
         picture = Picture.taken(image, sand)
         self._references.hold(0, picture, points, np.zeros(count))
         self._state = State(
@@ -72,6 +72,7 @@ class Tracker:
             failures=np.zeros(count, np.intp),
             window=np.full(count, WHOLE, np.intp),
             worn=np.zeros(count, np.intp),
+            share=np.full(count, np.nan),
             ended=np.full(count, Status.LOST, np.int8),
             shallow=np.zeros(count, bool),
             sand=picture.sand,

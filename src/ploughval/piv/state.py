@@ -40,6 +40,7 @@ class State:
     failures: NDArray[np.intp]  # (N,) frames in a row; beyond RETRIES: lost
     window: NDArray[np.intp]  # (N,) number of the small window, WHOLE for a whole subset
     worn: NDArray[np.intp]  # (N,) frames in a row in which its correlation was low for the reference
+    share: Floats  # (N,) correlation over what was usual in the last frame
     past: list[Floats]  # positions (N, 2) after the last frames, NaN: failed
     ended: NDArray[np.int8]  # (N,) why a point was given up
     shallow: NDArray[np.bool_]  # (N,) whether a point that fails lay by the surface before
