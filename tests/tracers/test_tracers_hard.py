@@ -103,7 +103,7 @@ def test_dark_and_pale_sand_and_a_blade_like_the_background(stage, look, turned)
         check(drawn, sight, u, blade_px=0.4 if look["blade"] == 62.0 else 0.2)
 
 
-def covered(picture, level, direction):
+def covered(picture, level):
     """A smooth dark or skin-grey blob over a third of the picture, with noise."""
     height, width = picture.shape
     mask = np.zeros(picture.shape, np.uint8)
@@ -120,7 +120,7 @@ def covered(picture, level, direction):
 def test_a_hand_hides_the_surface_and_the_next_picture_is_right(stage, level, direction):
     drawn = stage(direction=direction, layers=LAYERS)
     pictures = photographs(drawn)
-    pictures[3] = covered(pictures[3], level, direction)
+    pictures[3] = covered(pictures[3], level)
     sights = watch(drawn, pictures)
     hidden = sights[3]
     assert any(reason.startswith("surface:") for reason in hidden.reasons)
@@ -131,6 +131,21 @@ def test_a_hand_hides_the_surface_and_the_next_picture_is_right(stage, level, di
     for k in (2, 4):
         check(drawn, sights[k], TRAVEL[k])
         assert sights[k].reasons == ()
+
+
+@pytest.mark.parametrize("level", [30.0, 150.0])
+def test_a_hand_that_stays_is_not_taken_for_the_surface(stage, level):
+    drawn = stage(layers=LAYERS)
+    pictures = photographs(drawn)
+    for k in (1, 2, 3):
+        pictures[k] = covered(pictures[k], level)
+    sights = watch(drawn, pictures)
+    for k in (1, 2, 3):
+        line = sights[k].surface_mm
+        error = (line[:, 1] - heap(TRAVEL[k])(line[:, 0])) / drawn.mm_per_px
+        assert np.sqrt(np.mean(error**2)) < 1.0
+        assert any(reason.startswith("surface:") for reason in sights[k].reasons)
+    check(drawn, sights[4], TRAVEL[4])
 
 
 def test_a_hand_over_the_blade_leaves_it_unknown_for_that_picture(stage):

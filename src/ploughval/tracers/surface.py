@@ -27,6 +27,7 @@ _FLAT = 0.35  # of the sand's own texture: smoother is no sand
 _ROUGHER = 1.5  # times the texture of air: sand that is not cannot be told by it
 _STRANGE = 4.0  # times the density of a pixel that looks like nothing known
 _AGREE = 15  # points over which such findings are averaged
+_FAR_RIM = 40  # points beside a hidden stretch that must not stand further than one travel can bring them
 _RIM, _SCRAP = 14, 12  # points beside a hidden stretch, and in a row between two, that are not believed
 _BLIND, _BLIND_STD_PX = 12, 3.0  # points in a row without contrast between air and sand; std there, px
 _STILL_SHARE, _STILL_PX = 0.03, 3.0  # of the depth, px: a surface that differs less from rest is still
@@ -118,7 +119,8 @@ class SurfaceFinder:
         if count < _LEAST_POINTS:
             none = np.empty(0)
             return SurfaceTrace(none, none, none, np.empty((0, 2)), (_NO_ROOM,), self._top)
-        start, rows = self._strips(first, count, travel)
+        low, high = self._reach(first, count, travel, self._missed)
+        start, rows = self._strips(low, high)
         upper = max(int(start.min()) - _WINDOW[2], 0)
         lower = min(int(start.max()) + rows + _SKIN_PX + _WINDOW[2], image.shape[0])
         band = self._look.band(image, lighting, upper, lower)
@@ -127,6 +129,8 @@ class SurfaceFinder:
         row, std = _refine(band.grey, column, path - 0.5)
         doubt = self._doubts(band, column, row, path - start + upper, rows)
         row += upper
+        once = self._reach(first, count, travel, np.zeros_like(self._missed))
+        doubt[_strays(row, doubt > 0, *once) & (doubt == 0)] = _BEYOND
         doubt[(row <= 1.5) | (row >= self._look.rows - 1.5)] = _LEAVES
         seen = _without_scraps(doubt == 0)
         self._remember(column, row, seen)
@@ -135,17 +139,21 @@ class SurfaceFinder:
         cut_off = abs(self._top[end] - self._look.top[end]) > self._still
         return SurfaceTrace(column[seen], row[seen], std[seen], hidden, causes, self._top.copy(), cut_off)
 
-    def _strips(self, first: int, count: int, travel: float) -> tuple[Ints, int]:
-        """Uppermost row in which each point may stand, and how many rows it may take."""
+    def _reach(self, first: int, count: int, travel: float, missed: Floats) -> tuple[Floats, Floats]:
+        """Rows between which each point may stand, columns having been missed so many times."""
         gone = max(travel, 0.0) if np.isfinite(travel) else 0.0
         size = 2 * int(np.ceil(gone)) + 2 * STEP_PX + 1
-        more = _WIDER ** np.minimum(self._missed, 16)
+        more = _WIDER ** np.minimum(missed, 16)
         low = minimum_filter1d(self._top, size, mode="nearest") - (_RISE * gone + self._slack) * more
         high = maximum_filter1d(self._top, size, mode="nearest") + (_FALL * gone + self._slack) * more
         part = slice(first, first + STEP_PX * count, STEP_PX)
+        return low[part], high[part]
+
+    def _strips(self, low: Floats, high: Floats) -> tuple[Ints, int]:
+        """Uppermost row in which each point is looked for, and in how many rows."""
         limit = self._look.rows
-        low = np.clip(np.floor(low[part]), 0, limit - 4)
-        high = np.clip(np.ceil(high[part]), low + 4, limit)
+        low = np.clip(np.floor(low), 0, limit - 4)
+        high = np.clip(np.ceil(high), low + 4, limit)
         rows = int((high - low).max())
         return np.clip(low, 0, max(limit - rows, 0)).astype(np.int64), rows
 
@@ -194,6 +202,12 @@ def _tables(appearance: Appearance) -> Image:
     """The tables of an appearance in one array, as the kernels take them."""
     t = appearance.tables
     return np.concatenate([np.stack([t.air, t.skin, t.sand]), t.same.reshape(-1, len(t.air))])
+
+
+def _strays(row: Floats, hidden: Mask, low: Floats, high: Floats) -> Mask:
+    """Points beside hidden ones that stand where only the widened strip of a missed column lets them."""
+    beside = maximum_filter1d(hidden.astype(np.uint8), 2 * _FAR_RIM + 1, mode="nearest") > 0
+    return np.asarray(beside & ((row < low) | (row > high)))
 
 
 def _without_scraps(seen: Mask) -> Mask:
