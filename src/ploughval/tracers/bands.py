@@ -12,8 +12,9 @@ from ploughval.tracers.episodes import Episode, divide
 from ploughval.tracers.increment import Motion, frame_number, motion_of, pairs_of
 from ploughval.tracers.line import BandLine, fit_line
 from ploughval.tracers.mechanism import Mechanism, judge
-from ploughval.tracers.outcrop import height, line_of, outcrop
+from ploughval.tracers.outcrop import NO_SURFACE, height, lines_of, outcrop
 from ploughval.tracers.switches import as_it_began, start_of
+from ploughval.tracers.view import Floats
 
 NO_BAND = -1
 _LEAST_TRAVEL_STDS = 5.0  # travel of an increment, in standard deviations of a point's motion
@@ -57,7 +58,8 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     """
     pairs = pairs_of(tracks)
     motions = [motion_of(tracks, scene, a, b) for a, b in pairs]
-    rows = [_increment(tracks, surface, pair, motion) for pair, motion in zip(pairs, motions, strict=True)]
+    lines = lines_of(surface)
+    rows = [_increment(tracks, lines, pair, motion) for pair, motion in zip(pairs, motions, strict=True)]
     table = _with_displacement_std(pd.DataFrame(rows, columns=_COLUMNS).astype(_TYPES))
     episodes = divide(table, least_slip_mm=scene.bands.min_slip_mm, depth_mm=scene.blade.depth_mm)
     band = np.full(len(table), NO_BAND)
@@ -66,7 +68,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     table["band"] = band
     starts = [start_of(motions, table, episodes, number) for number in range(len(episodes))]
     _name_switches(table, [start for start, _ in starts[1:]])
-    began = [as_it_began(e, line_of(surface, int(table["frame"].loc[e.rows[0]]))) for e in episodes]
+    began = [as_it_began(e, lines.get(int(table["frame"].loc[e.rows[0]]), NO_SURFACE)) for e in episodes]
     bands = pd.DataFrame(
         [_band(number, table, began, starts) for number in range(len(episodes))], columns=list(BAND_COLUMNS)
     )
@@ -78,7 +80,7 @@ _TYPES = {name: np.float64 for name in _COLUMNS if name != "mechanism"}
 
 
 def _increment(
-    tracks: xr.Dataset, surface: pd.DataFrame, pair: tuple[int, int], motion: Motion
+    tracks: xr.Dataset, lines: dict[int, Floats], pair: tuple[int, int], motion: Motion
 ) -> dict[str, object]:
     """One row of the table of increments; what could not be had is left out."""
     u0, u1 = (float(tracks["u_mm"].to_numpy()[k]) for k in pair)
@@ -90,8 +92,8 @@ def _increment(
     row |= {"mechanism": str(verdict.mechanism or ""), "evidence": verdict.evidence}
     if line is None:
         return row
-    lines = [line_of(surface, frame_number(tracks, k)) for k in pair]
-    ends = np.array([outcrop(s, (u0 + u1) / 2, line.beta_deg) for s in lines])
+    surfaces = [lines.get(frame_number(tracks, k), NO_SURFACE) for k in pair]
+    ends = np.array([outcrop(s, (u0 + u1) / 2, line.beta_deg) for s in surfaces])
     x, per_degree, std = ends.mean(axis=0)
     slip = (u1 - u0) * float(np.hypot(*line.velocity))
     beta_std = float(np.hypot(line.std_deg, verdict.spread_deg))
@@ -101,7 +103,7 @@ def _increment(
         "outcrop_x_mm": x,
         "outcrop_std_mm": np.hypot(per_degree * beta_std, std),
         "outcrop_shared_mm": per_degree * line.shared_std_deg,
-        "outcrop_y_mm": height(lines[0], x)[0],
+        "outcrop_y_mm": height(surfaces[0], x)[0],
         "slip_mm": slip,
         **_velocity(line),
     }

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ploughval.axes import Status
 from ploughval.scene import Scene
@@ -103,6 +104,13 @@ def reach_of(scene: Scene, place: Floats) -> float:
     if scene.camera is not None and scene.camera.mm_per_px is not None:
         return scene.piv.subset_px * scene.camera.mm_per_px
     return _SUBSET_SPACINGS * spacing_of(place)
+
+
+def cells_of(place: Floats, side_mm: float) -> tuple[int, NDArray[np.intp]]:
+    """How many squares of a side hold points (N, 2), and the number of the square of each."""
+    column, row = np.floor(place / side_mm).astype(np.intp).T
+    cells, own = np.unique(column * (np.ptp(row) + 1) + row if len(row) else column, return_inverse=True)
+    return len(cells), own
 
 
 def spacing_of(place: Floats) -> float:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ploughval.tracers.increment import Motion
+from ploughval.tracers.increment import Motion, cells_of
 from ploughval.tracers.shares import Shares, height_above, shares_of
 from ploughval.tracers.view import Floats
 
@@ -103,10 +103,10 @@ def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
     kept = off <= max(_KEPT_STDS * 1.4826 * float(np.median(off)), 1e-9)
     rate, place = rate[kept], place[kept]
     velocity = rate.mean(axis=0)
-    cells, cell = np.unique(np.floor(place / (2 * motion.reach_mm)), axis=0, return_inverse=True)
-    sums = np.zeros((len(cells), 2))
-    np.add.at(sums, cell.ravel(), rate - velocity)  # what subsets share within a cell counts once
-    spread = np.sqrt((sums**2).sum(axis=0) * len(cells) / max(len(cells) - 1, 1)) / len(rate)
+    count, cell = cells_of(place, 2 * motion.reach_mm)
+    # what subsets share within a cell counts once
+    sums = np.stack([np.bincount(cell, off, count) for off in (rate - velocity).T], axis=1)
+    spread = np.sqrt((sums**2).sum(axis=0) * count / max(count - 1, 1)) / len(rate)
     return velocity, spread
 
 

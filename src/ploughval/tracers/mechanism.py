@@ -6,7 +6,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.special import ndtr
 
-from ploughval.tracers.increment import Motion
+from ploughval.tracers.increment import Motion, cells_of
 from ploughval.tracers.line import BandLine
 from ploughval.tracers.shares import height_above
 from ploughval.tracers.view import Floats
@@ -135,9 +135,9 @@ def _points_of(motion: Motion, line: BandLine) -> _Points:
     if clear.any():
         rest = np.hypot(*(rate - (above > 0)[:, None] * line.velocity)[clear].T) / _MEDIAN_DISTANCE
         std = std * max(float(np.median(rest / std[clear])), 1.0)
-    cells = np.unique(np.floor(place / motion.reach_mm), axis=0)
+    sharing = max(len(place) / cells_of(place, motion.reach_mm)[0], 1.0)
     width = _WIDTH * motion.reach_mm
-    return _Points(place, rate, std, max(len(place) / max(len(cells), 1), 1.0), width)
+    return _Points(place, rate, std, sharing, width)
 
 
 def _spread_deg(points: _Points, velocity: Floats) -> float:

@@ -8,12 +8,16 @@ from ploughval.tracers.view import Floats
 _LEAST_SLOPE = 0.05  # between line and surface
 
 
-def line_of(surface: pd.DataFrame, frame: int) -> Floats:
-    """Free surface in one frame, (M, 3) mm in order of x: x, y and its std, 0 where that is not known."""
-    seen = surface[surface["frame"] == frame].dropna(subset=["x_mm", "y_mm"])
-    seen = seen.sort_values("x_mm", kind="stable")
+NO_SURFACE = np.empty((0, 3))
+
+
+def lines_of(surface: pd.DataFrame) -> dict[int, Floats]:
+    """Free surface by frame, (M, 3) mm in order of x: x, y and its std, 0 where that is not known."""
+    seen = surface.dropna(subset=["x_mm", "y_mm"]).sort_values(["frame", "x_mm"], kind="stable")
     std = seen["std_mm"].to_numpy(float) if "std_mm" in seen else np.zeros(len(seen))
-    return np.column_stack([seen["x_mm"], seen["y_mm"], np.nan_to_num(std)])
+    rows = np.column_stack([seen["x_mm"], seen["y_mm"], np.nan_to_num(std)]).astype(float)
+    frames, first = np.unique(seen["frame"].to_numpy(), return_index=True)
+    return {int(f): part for f, part in zip(frames, np.split(rows, first[1:]), strict=False)}
 
 
 def height(line: Floats, x_mm: float) -> tuple[float, float]:
