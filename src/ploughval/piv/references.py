@@ -20,8 +20,10 @@ RENEW = 0.85
 WORN = 2
 """Frames in a row in which that must be so: one picture out of focus is no reason."""
 FALL = 0.03
-"""A correlation that fell by more than this share of what is usual since the last frame, and would be as near to
-the least one after another such fall, calls for a newer reference at once."""
+"""A correlation that fell by more than this share of the usual one since the last frame, and would be as near
+to the least one after another such fall, calls for a newer reference at once."""
+DIMMER = 0.1
+"""A picture whose usual correlation is lower than the last one's by more is poor: no reference is made of it."""
 RETRIES = 3
 """Frames in which a point that failed is tried again before it is given up."""
 REFERENCES = 3
@@ -51,6 +53,7 @@ class References:
         self.held: dict[int, Reference] = {}
         self.noise, self._judged = Noise(), False
         self._workers, self._zncc_min = workers, zncc_min
+        self._usual = 0.0  # correlation in the last picture
 
     def hold(self, frame: int, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture as a reference: places (N, 2) px of the points in it, std (N,); NaN: not known."""
@@ -87,9 +90,14 @@ class References:
         ok, position, std = found
         new = ok[np.isnan(state.first_zncc[ok])]
         state.first_zncc[new] = fit.zncc[new]
+        usual = usual_zncc(fit, self.noise.variance)
+        poor = usual < self._usual - DIMMER
+        self._usual = max(usual, self._usual - DIMMER)
+        if poor:
+            return
         low = fit.zncc[ok] < RENEW * state.first_zncc[ok]
         state.worn[ok] = np.where(low, state.worn[ok] + 1, 0)
-        worn = ok[(state.worn[ok] >= WORN) | self._failing(fit, state, ok)]
+        worn = ok[(state.worn[ok] >= WORN) | self._failing(fit.zncc[ok] / usual, state, ok)]
         newest = self.held[max(self.held)]
         known = (state.reference[worn] < newest.frame) & np.isfinite(newest.std[worn])
         self._rebase(state, worn[known], newest.frame)
@@ -103,9 +111,8 @@ class References:
         self.hold(frame, picture, there, spread)
         self._rebase(state, worn, frame)
 
-    def _failing(self, fit: Fit, state: State, ok: Index) -> NDArray[np.bool_]:
-        """Which points of an index are about to correlate too little."""
-        share = fit.zncc[ok] / usual_zncc(fit, self.noise.variance)
+    def _failing(self, share: Floats, state: State, ok: Index) -> NDArray[np.bool_]:
+        """Which points of an index are about to correlate too little; ``share`` (I,): over what is usual."""
         fall = np.nan_to_num(state.share[ok] - share)
         state.share[ok] = share
         return np.asarray((fall > FALL) & (share - fall < self._zncc_min + FALL))
