@@ -130,7 +130,9 @@ def test_costs_of_a_border_are_sums_of_logarithms_over_the_strip():
     tables = rng.uniform(0.001, 0.1, (11, 256)).astype(np.float32)
     first, strip = np.array([3, 5, 2, 6]), 12
     cost = np.empty((4, strip + 1))
-    border_costs(level, change, known, tables, np.array([2, 2, 4, 30]), first, cost)
+    border_costs(
+        (level.astype(np.float32), level, change), known, tables, np.array([2, 2, 4, 30]), first, cost
+    )
     row = np.arange(30)[:, None]
     same = np.where(row < known, tables[3:].ravel()[change], 0.0)
     air = np.log(tables[0][level] + same)

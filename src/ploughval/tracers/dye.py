@@ -48,6 +48,32 @@ class Dye:
         return self.dyed - self.plain
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Picture:
+    """One frame as the search for layers takes it: sampled columns, from row ``first`` on.
+
+    ``upper``: first row of sand in each column; ``covered``: columns in which the sand is hidden; ``motion``
+    since the frame before; ``carried``: points that tracking carried, by layer.
+    """
+
+    grey: Image
+    first: int
+    upper: Ints
+    covered: Mask
+    motion: Motion
+    carried: dict[float, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Runs:
+    """Runs of dyed pixels, (N,) each: sample, row of the middle, thickness in rows, mean grey."""
+
+    column: Ints
+    middle: Floats
+    width: Floats
+    grey: Floats
+
+
 class DyeFollower:
     """Follows the dyed layers of a test from photograph to photograph.
 
@@ -123,21 +149,22 @@ class DyeFollower:
         dict of layer height, mm -> (K, 3) float: x, y, std, mm; rows of NaN at gaps
         """
         travel, self._face = face - self._face, face
-        window = self._window(Motion(travel, np.nan), top, carried)
-        grey, first = self._reduced(image, lighting, window)
+        told = {} if carried is None else {h: p[np.isfinite(p).all(axis=1)] for h, p in carried.items()}
+        grey, first = self._reduced(image, lighting, self._window(Motion(travel, np.nan), top, told))
         upper = np.ceil(np.interp(self._place, np.arange(len(top)), top) - first + 1e-9).astype(np.int64)
         upper[self._place < face + 2] = len(grey)
         covered = _inside(self._place, hidden)
-        out = dict.fromkeys(self._dyes, np.full((1, 3), np.nan))
         up = self._rise(grey, np.where(covered, len(grey), upper), first, travel)
         if np.isfinite(up) and travel >= 1:
             self._slope = up / travel
         motion = Motion(travel, up if np.isfinite(up) else self._slope * travel)
+        picture = _Picture(grey, first, upper, covered, motion, told)
+        out = dict.fromkeys(self._dyes, np.full((1, 3), np.nan))
         for group in self._groups:
-            self._follow_group(group, grey, first, upper, motion, covered, carried, out)
+            out |= self._follow_group(group, picture)
         return out
 
-    def _window(self, motion: Motion, top: Floats, carried: dict[float, Floats] | None) -> tuple[int, int]:
+    def _window(self, motion: Motion, top: Floats, carried: dict[float, Floats]) -> tuple[int, int]:
         """Rows in which any layer may stand ahead of the face."""
         ahead = self._place > self._face
         if not ahead.any():
@@ -145,7 +172,7 @@ class DyeFollower:
         low, high = [], []
         for height, memory in self._memory.items():
             lowest, highest = (v[ahead] for v in memory.reach(motion))
-            rows = np.empty(0) if carried is None else carried.get(height, np.empty((0, 2)))[:, 1]
+            rows = carried.get(height, np.empty((0, 2)))[:, 1]
             low.append(np.nanmin([*lowest, *rows]) if np.isfinite(lowest).any() else np.nan)
             high.append(np.nanmax([*highest, *rows]) if np.isfinite(highest).any() else np.nan)
         margin = 3 * self._thickness + 8
@@ -211,34 +238,13 @@ class DyeFollower:
                 best, up = match, float(shift)
         return up
 
-    def _follow_group(
-        self,
-        group: tuple[float, ...],
-        grey: Image,
-        first: int,
-        upper: Ints,
-        motion: Motion,
-        covered: Mask,
-        carried: dict[float, Floats] | None,
-        out: dict[float, Floats],
-    ) -> None:
-        dyed = float(np.mean([self._dyes[h].dyed for h in group]))
-        plain = float(np.mean([self._dyes[h].plain for h in group]))
-        share = np.clip((grey - np.float32(plain)) / np.float32(dyed - plain), -0.5, 1.2)
-        runs = np.empty((len(self._place), MOST_RUNS, 3))
-        count = dyed_runs(share, upper, np.full(len(self._place), len(grey)), runs)
-        inside = np.arange(MOST_RUNS) < count[:, None]
-        column, (high, low, mean) = np.nonzero(inside)[0], runs[inside].T
-        middle, width = (high + low) / 2 + first, low - high
-        cost = np.column_stack(
-            [
-                self._cost(h, column, middle, plain + mean * (dyed - plain), motion, carried, len(group) > 1)
-                for h in group
-            ]
-        )
-        fit = (width > _THINNEST * self._thickness) & (width < _THICKEST * self._thickness)
-        fit &= cost.min(axis=1) < _NOT_IT
-        column, middle, width, cost = column[fit], middle[fit], width[fit], cost[fit]
+    def _follow_group(self, group: tuple[float, ...], picture: _Picture) -> dict[float, Floats]:
+        """Layers of like dyes: their runs, linked to chains, each chain by its cheapest names."""
+        runs = self._runs(group, picture)
+        cost = np.column_stack([self._cost(h, runs, picture, len(group) > 1) for h in group])
+        thick = runs.width / self._thickness
+        fit = (thick > _THINNEST) & (thick < _THICKEST) & (cost.min(axis=1) < _NOT_IT)
+        column, middle, width, cost = runs.column[fit], runs.middle[fit], runs.width[fit], cost[fit]
         limit = np.array([_STEEPEST * self._step + 1.0, 0.7 * self._thickness])
         chain = chains(column, middle, width, limit, _MOST_GAP)
         order = np.lexsort((column, chain))
@@ -247,36 +253,41 @@ class DyeFollower:
         cost = np.column_stack([cost, np.full(len(cost), _NOT_IT)])
         name = names(cost, chain, _RENAME)
         pieces = _pieces(chain, name, cost, round(_STEEPEST * self._thickness / self._step) + 2)
+        found = {}
         for index, height in enumerate(group):
             own = _without_doubles([p for p in pieces if name[p[0]] == index], column, cost[:, index])
             places = np.concatenate(own) if own else np.empty(0, np.int64)
             places = places[np.argsort(column[places], kind="stable")]
-            self._memory[height].keep(column[places], middle[places], covered, motion)
-            out[height] = self._in_world([(column[p], middle[p]) for p in own])
+            self._memory[height].keep(column[places], middle[places], picture.covered, picture.motion)
+            found[height] = self._in_world([(column[p], middle[p]) for p in own])
+        return found
 
-    def _cost(
-        self,
-        height: float,
-        column: Ints,
-        row: Floats,
-        grey: Floats,
-        motion: Motion,
-        carried: dict[float, Floats] | None,
-        several: bool,
-    ) -> Floats:
+    def _runs(self, group: tuple[float, ...], picture: _Picture) -> _Runs:
+        """Runs of dyed pixels in every sampled column."""
+        dyed = float(np.mean([self._dyes[h].dyed for h in group]))
+        plain = float(np.mean([self._dyes[h].plain for h in group]))
+        share = np.clip((picture.grey - np.float32(plain)) / np.float32(dyed - plain), -0.5, 1.2)
+        runs = np.empty((len(self._place), MOST_RUNS, 3))
+        count = dyed_runs(share, picture.upper, np.full(len(self._place), len(share)), runs)
+        inside = np.arange(MOST_RUNS) < count[:, None]
+        high, low, mean = runs[inside].T
+        middle = (high + low) / 2 + picture.first
+        return _Runs(np.nonzero(inside)[0], middle, low - high, plain + mean * (dyed - plain))
+
+    def _cost(self, height: float, runs: _Runs, picture: _Picture, several: bool) -> Floats:
         """How unlikely runs belong to a layer, in thicknesses."""
-        cost = self._memory[height].distance(column.astype(float), row, motion)
-        points = np.empty((0, 2)) if carried is None else carried.get(height, np.empty((0, 2)))
-        points = points[np.isfinite(points).all(axis=1)]
+        cost = self._memory[height].distance(runs.column.astype(float), runs.middle, picture.motion)
+        points, place = picture.carried.get(height, np.empty((0, 2))), self._place[runs.column]
         if len(points):
             spacing = float(np.median(np.diff(np.sort(points[:, 0])))) if len(points) > 1 else 0.0
-            apart = cKDTree(points).query(np.column_stack([self._place[column], row]))[0]
+            apart = cKDTree(points).query(np.column_stack([place, runs.middle]))[0]
             told = np.maximum(apart - spacing / 2 - 1.5, 0.0) / (_CARRIED * self._thickness)
-            beside = cKDTree(points[:, :1]).query(self._place[column][:, None])[0]
+            beside = cKDTree(points[:, :1]).query(place[:, None])[0]
             cost = np.where(beside < 1.5 * spacing + 2, told, cost)
         if several:
             dye = self._dyes[height]
-            cost = cost + np.maximum(np.abs(grey - dye.dyed) / abs(_OTHER_GREY * dye.contrast) - 0.6, 0.0)
+            other = np.abs(runs.grey - dye.dyed) / abs(_OTHER_GREY * dye.contrast)
+            cost = cost + np.maximum(other - 0.6, 0.0)
         return cost
 
     def _in_world(self, pieces: list[tuple[Ints, Floats]]) -> Floats:

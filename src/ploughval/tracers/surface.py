@@ -164,7 +164,7 @@ class SurfaceFinder:
         known = self._look.known_rows - band.first_row
         limit = min(int(place[3]), len(band.level))
         place[3] = limit
-        border_costs(band.level, band.change, known, self._tables, place, start, cost)
+        border_costs((band.grey, band.level, band.change), known, self._tables, place, start, cost)
         reach = int(np.ceil(_STEEPEST * STEP_PX))
         return likeliest_path(cost, start, reach, _STIFFNESS).astype(float)
 

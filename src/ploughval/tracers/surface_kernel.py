@@ -13,14 +13,14 @@ _JUMP = 1e3  # price of a step that the slope forbids: paid only where nothing e
 
 @njit(cache=True, nogil=True)
 def border_costs(
-    level: Bytes, change: Words, known: Ints, tables: Image, place: Ints, first: Ints, cost: Floats
+    band: tuple[Image, Bytes, Words], known: Ints, tables: Image, place: Ints, first: Ints, cost: Floats
 ) -> None:
     """Cost of the border standing above each row of a strip: air above it, skin below, then sand.
 
     Parameters
     ----------
-    level, change : (rows, w) uint8, uint16
-        As in :class:`ploughval.tracers.appearance.Band`.
+    band : (rows, w) float32, uint8, uint16
+        Grey, level and change, as in :class:`ploughval.tracers.appearance.Band`.
     known : (w,) int64
         Rows of each column, counted in the band, whose look at rest counts as air.
     tables : (3 + 8, 256) float32
@@ -32,6 +32,7 @@ def border_costs(
     cost : (points, strip + 1) float64
         Written.
     """
+    _, level, change = band
     column0, step, skin_rows, limit = place
     same = tables[3:].ravel()
     strip = cost.shape[1] - 1

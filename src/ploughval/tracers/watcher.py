@@ -12,10 +12,10 @@ from ploughval.scene import Scene, Step
 from ploughval.tracers.appearance import Appearance
 from ploughval.tracers.blade import BladeFinder, BladeSight
 from ploughval.tracers.dye import DyeFollower
-from ploughval.tracers.light import LightMeter
+from ploughval.tracers.light import Lighting, LightMeter
 from ploughval.tracers.masks import regions
 from ploughval.tracers.surface import SurfaceFinder, SurfaceTrace
-from ploughval.tracers.view import Bytes, Floats, Levels, Mapping, Mask, View, moved_back
+from ploughval.tracers.view import Bytes, Cut, Floats, Levels, Mapping, Mask, View, moved_back
 
 log = logging.getLogger(__name__)
 
@@ -113,29 +113,25 @@ class Watcher:
         self._rest = self._view.offset((shift_px[0] - whole[0], shift_px[1] - whole[1]))
         cut = self._view.cut(back)
         lighting = self._light.compare(cut)
-        expected = self._blade.predicted
-        blade = self._blade.find(cut, lighting)
-        face = blade.column
-        if not np.isfinite(face):
-            log.warning("frame %d: the blade's face was not found", frame)
-            face = expected
+        blade, face = self._face_in(frame, cut, lighting)
         surface = self._surface.find(cut, lighting, face, face - self._face)
         self._face = face
-        parts = self._regions(surface, face)
         dyed: dict[float, Floats] = {}
         if self._dye is not None:
-            dyed = self._dye.follow(
-                cut,
-                lighting,
-                surface.top,
-                face,
-                hidden=surface.hidden,
-                carried=self._on_grid(carried, whole),
-            )
-        whole_regions = moved_back(
-            self._view.uncut(parts, Region.OUTSIDE), (-whole[0], -whole[1]), Region.OUTSIDE
-        )
-        return self._sight(blade, surface, dyed, whole_regions, lighting.agrees)
+            told = self._on_grid(carried, whole)
+            dyed = self._dye.follow(cut, lighting, surface.top, face, hidden=surface.hidden, carried=told)
+        parts = self._view.uncut(self._regions(surface, face), Region.OUTSIDE)
+        parts = moved_back(parts, (-whole[0], -whole[1]), Region.OUTSIDE)
+        return self._sight(blade, surface, dyed, parts, lighting.agrees)
+
+    def _face_in(self, frame: int, cut: Cut, lighting: Lighting) -> tuple[BladeSight, float]:
+        """The blade as it is seen, and the column of its face: where it is expected if it is not seen."""
+        expected = self._blade.predicted
+        blade = self._blade.find(cut, lighting)
+        if np.isfinite(blade.column):
+            return blade, blade.column
+        log.warning("frame %d: the blade's face was not found", frame)
+        return blade, expected
 
     def _start(self, image: Levels) -> None:
         """Learn from the first photograph, whose geometry the scene tells."""
