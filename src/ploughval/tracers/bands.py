@@ -130,7 +130,7 @@ def _with_displacement_std(table: pd.DataFrame) -> pd.DataFrame:
     """Add to the velocities' std what the blade's displacement is uncertain by.
 
     The block goes with the blade: how far its motion scatters about the blade's from increment to increment,
-    beyond its own noise, is put down to the displacement, Eq. (9).
+    beyond its own noise, is put down to the displacement, Eq. (10).
     """
     known = table.dropna(subset=["velocity_x", "velocity_x_std"])
     if len(known) < _LEAST_INCREMENTS:

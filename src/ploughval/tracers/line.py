@@ -16,7 +16,7 @@ _SPAN_DEG = np.arange(-3.0, 3.01, 0.25)  # about the best angle
 _FINE = np.linspace(-4.0, 4.0, 33)  # about the mean, in standard deviations
 _SIDE_SUBSETS = (
     1 / 60
-)  # std with which correlation parts the sides of a band, in subsets (measured, section 8)
+)  # std with which correlation parts the sides of a band, in subsets (measured, section 7)
 _ONE_SIDED = 3.0  # so much more where one side has no points
 _SWEPT = 0.1  # of half of what the line sweeps in an increment: when a point on the way is given up
 _LEVER = 1.5  # angle of the line through the tip that fits an even offset along a length of 1
@@ -93,7 +93,7 @@ def _best(shares: Shares) -> tuple[float, float]:
 
 
 def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
-    """Velocity (2,) of the block above a line and its std, Eqs (7) and (8): a mean less strays."""
+    """Velocity (2,) of the block above a line and its std, Eq. (8): a mean less strays."""
     above = height_above(motion.place, angle)
     clear = above > motion.reach_mm / 2
     if clear.sum() < _LEAST_POINTS:
@@ -111,7 +111,7 @@ def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
 
 
 def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
-    """Mean and standard deviation of the angle's posterior, rad, and the likeliest width, mm.
+    """Mean and std of the angle's posterior, rad, Eq. (7), and the likeliest width, mm.
 
     Coarse over the neighbourhood, fine about its top; widths have even weight for their logarithm.
     """

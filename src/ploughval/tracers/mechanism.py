@@ -52,7 +52,7 @@ class Verdict:
         band is enough. NaN where there was no band to rival.
     spread_deg : float
         Half the angle between the lines above which sand moves by a quarter and by three quarters of the
-        block's motion: what "the" line is uncertain by where one is not enough, Eq. (15); else 0.
+        block's motion: what "the" line is uncertain by where one is not enough, Eq. (16); else 0.
     """
 
     mechanism: Mechanism | None
@@ -83,14 +83,14 @@ class _Points:
         return np.asarray(ndtr(height_above(self.place, angle) / self.width_mm))
 
     def logs(self, expected: Floats, doubt: Floats | float = 0.0) -> Floats:
-        """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2), Eq. (10)."""
+        """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2), Eq. (11)."""
         spread = self.std**2 + np.square(doubt)
         off = ((self.rate - expected) ** 2).sum(axis=1)
         bell = np.exp(-off / (2 * spread)) / (2 * np.pi * spread)
         return np.asarray(np.log((1 - _STRAYS) * bell + _STRAYS * _STRAY_DENSITY))
 
     def lead(self, logs: Floats, single: Floats, parameters: int) -> float:
-        """Evidence of a rival with so many parameters more, Eq. (11)."""
+        """Evidence of a rival with so many parameters more, Eq. (12)."""
         independent = max(len(self.rate) / self.sharing, 2.0)
         return float((logs - single).sum() / self.sharing - parameters / 2 * np.log(independent))
 
@@ -158,7 +158,7 @@ def _doubt(part: Floats, velocity: Floats) -> Floats:
 
 
 def _two_bands(points: _Points, single: Floats, velocity: Floats) -> float:
-    """Evidence of a second line through the tip with sand between that moves by a part, Eq. (12)."""
+    """Evidence of a second line through the tip with sand between that moves by a part, Eq. (13)."""
     best = -np.inf
     for part in (0.25, 0.5, 0.75):
         middle, top, blur = part * velocity, velocity, _ROUGH
@@ -192,7 +192,7 @@ def _two_logs(points: _Points, low: int, high: int, middle: Floats, top: Floats)
 
 
 def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats, reach_mm: float) -> float:
-    """Evidence of motion in the block that differs beside the blade and fades with the distance, Eq. (13)."""
+    """Evidence of motion in the block that differs beside the blade and fades with the distance, Eq. (14)."""
     best = -np.inf
     off = points.rate - velocity
     used = (part > 0.99) & (np.abs(off).max(axis=1) < 0.5)
@@ -211,7 +211,7 @@ def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats
 
 
 def _diffuse(points: _Points, single: Floats, velocity: Floats, motion: Motion) -> float:
-    """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line, Eq. (14)."""
+    """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line, Eq. (15)."""
     best = -np.inf
     share = points.rate @ velocity / (velocity @ velocity)
     if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * points.sharing:

@@ -3,19 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import expit
 
 from ploughval.tracers.increment import Motion
 from ploughval.tracers.view import Floats
 
-Bools = NDArray[np.bool_]
-
 _LOGISTIC = 1.702  # a logistic function of 1.702 z is the normal distribution function of z to 0.01
 _LEAST_SHARE_STD = 0.003
-_TRANSITION = (
-    0.3  # std of the share of a point in the middle of the change: what its subset sees is not known
-)
+_TRANSITION = 0.3  # std of the share of a point in the middle of the change: what it sees is not known
 _STRAYS = (0.01, 0.3)  # least and largest part of vectors that belong to neither side
 _STRAY_DENSITY = 0.5  # of strays, over shares from -0.5 to 1.5
 _TORN = 0.6  # of the subsets whose middle a band crosses are lost
