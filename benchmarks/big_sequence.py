@@ -12,7 +12,7 @@ from ploughval.synth.truth import write_truth
 from ploughval.synth.view import frame_view
 
 SHAPE = (3000, 4000)  # rows, columns
-SPACING_PX = 21.0  # places about 5 000 points over the sand and along five layers at 10 px/mm
+SPACING_PX = 19.5  # places about 5 000 points over the sand and along five layers at 10 px/mm
 _AIR = 0.4  # share of the height beyond the test that is air; the rest is still sand
 _BEHIND = 0.4  # share of the width beyond the test that lies behind the blade
 

@@ -41,7 +41,7 @@ def draw_wall(folder: Path, results: Path, path: Path) -> None:
             ax.set_ylim(200, 25)
             ax.set_title(f"photograph {frame}", fontsize=8)
             ax.set_axis_off()
-        figure.savefig(path, dpi=90)
+        figure.savefig(path, dpi=75)
 
 
 def draw_tracks(

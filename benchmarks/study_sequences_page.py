@@ -124,6 +124,9 @@ REAL = """
 
 ![ways of points in an avalanche](avalanche.png)
 
+Photographs of the wall push: Sun Chuang (Nanjing University, 2017), published by geovbox; of the avalanche:
+William Thielicke, published with PIVlab; both under the MIT licence.
+
 The wall push and the avalanche may be shown here; the wedge and the T-bar are measured only. Orange: ways
 of points that are still followed in the last picture; crosses: where points began that are not.
 
