@@ -13,10 +13,10 @@ _ROUNDS = 3
 _WIDTHS = np.array([0.03, 0.07, 0.15, 0.35])  # of the change from rest to motion, in subsets
 _ALL_DEG = np.arange(2.0, 89.0, 0.25)
 _SPAN_DEG = np.arange(-3.0, 3.01, 0.25)  # about the best angle
+_SPANS = (1.0, 3.0, 9.0)
+_FALLEN = 8.0  # logarithms by which the posterior is down where it is left
 _FINE = np.linspace(-4.0, 4.0, 33)  # about the mean, in standard deviations
-_SIDE_SUBSETS = (
-    1 / 60
-)  # std with which correlation parts the sides of a band, in subsets (measured, section 7)
+_SIDE_SUBSETS = 1 / 60  # std with which correlation parts the sides of a band (measured, section 7)
 _ONE_SIDED = 3.0  # so much more where one side has no points
 _SWEPT = 0.1  # of half of what the line sweeps in an increment: when a point on the way is given up
 _LEVER = 1.5  # angle of the line through the tip that fits an even offset along a length of 1
@@ -116,9 +116,13 @@ def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
     Coarse over the neighbourhood, fine about its top; widths have even weight for their logarithm.
     """
     reach = shares.reach_mm
-    wide = _inside(angle + np.radians(_SPAN_DEG))
-    near = shares.near(float(wide[0]), float(wide[-1]), reach)
-    coarse = _widths(near, wide, reach)
+    for span in _SPANS:  # wider where a gap in the field leaves the line open
+        wide = _inside(angle + np.radians(span * _SPAN_DEG))
+        near = shares.near(float(wide[0]), float(wide[-1]), reach)
+        coarse = _widths(near, wide, reach)
+        logs = np.logaddexp.reduce(coarse, axis=0)
+        if max(logs[0], logs[-1]) < logs.max() - _FALLEN:
+            break
     mean, std = moments(wide, np.logaddexp.reduce(coarse, axis=0))
     angles, table = wide, coarse
     for _ in range(2):
