@@ -65,6 +65,23 @@ def test_the_mask_is_the_sand_ahead_and_below_the_tip_without_the_blade(stage, d
     assert not sand[(y > heap(u)(x) + 3 * clear) & (x > u)].any()  # nor air
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("upper", [60, 75, 100])
+def test_a_surface_above_the_picture_is_absent_with_a_reason(stage, upper):
+    """At rest it stands in row 70: just inside the view, above it, far above it."""
+    drawn = stage()
+    scene = drawn.scene.model_copy(
+        update={"camera": drawn.scene.camera.model_copy(update={"view_px": (0, upper, 520, 230)})}
+    )
+    watcher = Watcher(scene, drawn.calibration)
+    for k, u in enumerate((0.0, 2.0, 4.0)):
+        sight = watcher.see(k, drawn.draw(u, lambda x, k=k: flat(x) + 1.5 * k, seed=k))
+    if upper > 60:
+        assert len(sight.surface_mm) == 0
+        assert any(reason.startswith("surface: not seen") for reason in sight.reasons)
+    assert abs(sight.blade_x_mm - 4.0) < 0.2 * drawn.mm_per_px
+
+
 def test_a_heap_that_leaves_the_picture_is_said_to(stage):
     """All that is seen rises by 1 mm while the blade goes 2 mm."""
     drawn = stage()

@@ -172,12 +172,11 @@ class SurfaceFinder:
         """Why each point is not believed, an index into _CAUSES; 0: it is."""
         known = self._look.known_rows - band.first_row
         around = surroundings((band.grey, band.level, band.change), known, self._tables, column, row, _WINDOW)
-        around = median_filter(around, (_AGREE, 1), mode="nearest")
-        sand, texture, air, noise = around.T
+        around = np.where(np.isnan(around), np.inf, around)  # beyond the view nothing is doubted
+        sand, texture, air, noise = median_filter(around, (_AGREE, 1), mode="nearest").T
         if self._usual is None:
-            least, usual = (float(np.nanpercentile(texture, q)) for q in (5, 50))
-            self._usual = Usual(least, usual, float(np.nanmedian(noise)))
-        flat = self._usual.flat(float(np.nanmedian(texture)) if np.isfinite(texture).any() else np.inf)
+            self._usual = Usual(_share(texture, 0.05), _share(texture, 0.5), _share(noise, 0.5))
+        flat = self._usual.flat(_share(texture, 0.5))
         doubt = np.zeros(len(row), np.int64)
         pressed = (place <= 1) | (place >= rows - 1)
         pressed = median_filter(pressed, _AGREE, mode="nearest")
@@ -208,6 +207,12 @@ def _strays(row: Floats, hidden: Mask, low: Floats, high: Floats) -> Mask:
     """Points beside hidden ones that stand where only the widened strip of a missed column lets them."""
     beside = maximum_filter1d(hidden.astype(np.uint8), 2 * _FAR_RIM + 1, mode="nearest") > 0
     return np.asarray(beside & ((row < low) | (row > high)))
+
+
+def _share(value: Floats, share: float) -> float:
+    """Quantile of the finite values; 0 without any."""
+    finite = value[np.isfinite(value)]
+    return float(np.quantile(finite, share)) if len(finite) else 0.0
 
 
 def _without_scraps(seen: Mask) -> Mask:
