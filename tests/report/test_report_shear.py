@@ -109,7 +109,7 @@ def test_the_figure_draws_the_measured_band_from_tip_to_outcrop():
     start = grid()
     pair = shear._increment(tracks_of([start, start], [0.0, 1.0]), 0, 1)
     plain = shear.shear_map(pair, StrainMeasure.SMALL, extent=EXTENT, gauge=9.0, u_mm=1.0, surface=None)
-    figure = shear_figure(plain, plain, u_mm=(0.0, 1.0), extent=EXTENT, band=Band(0.5, 30.0, 52.5))
+    figure = shear_figure((plain, plain), u_mm=(0.0, 1.0), extent=EXTENT, band=Band(0.5, 30.0, 52.5))
     x, y = figure.axes[0].lines[0].get_data()
     np.testing.assert_allclose(x, [0.5, 52.5])
     np.testing.assert_allclose(y, [0.0, 52.0 * np.tan(np.radians(30.0))])

@@ -85,20 +85,20 @@ def _stage(
         return None
     before = int(earlier[-1])
     surface = stage(results.surface, frame)
-    maps = [
+    increment, total = (
         shear_map(pair, measure, extent=extent, gauge=gauge, u_mm=float(u[row]), surface=surface)
         for pair, measure in (
             (_increment(tracks, before, row), StrainMeasure.SMALL),
             (_total(tracks, row), StrainMeasure.HENCKY),
         )
-    ]
+    )
     figure = shear_figure(
-        maps[0], maps[1], u_mm=(float(u[before]), float(u[row])), extent=extent, surface=surface,
+        (increment, total), u_mm=(float(u[before]), float(u[row])), extent=extent, surface=surface,
         band=_band(results, int(numbers[before])),
         thickness_mm=float(results.setting("blade", "thickness_mm") or 5.0),
     )  # fmt: skip
     words = f"from u = {u[before]:.1f} mm to {u[row]:.1f} mm"
-    floors = " and ".join(number(m.floor, 2) for m in maps)
+    floors = " and ".join(number(m.floor, 2) for m in (increment, total))
     return pen.draw(
         figure,
         f"Maximum shear strain {words}, and since the start.",

@@ -39,8 +39,7 @@ class Band:
 
 @styled
 def shear_figure(
-    increment: ShearMap,
-    total: ShearMap,
+    maps: tuple[ShearMap, ShearMap],
     *,
     u_mm: tuple[float, float],
     extent: Extent,
@@ -52,7 +51,7 @@ def shear_figure(
 
     Parameters
     ----------
-    increment, total : ShearMap
+    maps : pair of ShearMap
         Of the increment, and since the start.
     u_mm : (float, float), mm
         Blade displacement at the increment's start and end.
@@ -70,7 +69,7 @@ def shear_figure(
     figure = new_figure(0.5 + 2 * (panel + 0.85), width_in=STAGE_WIDTH_IN)
     for axes, shown, text in zip(
         figure.subplots(2, 1),
-        (increment, total),
+        maps,
         (f"from u = {u_mm[0]:.1f} mm to {u_mm[1]:.1f} mm", f"from the start to u = {u_mm[1]:.1f} mm"),
         strict=True,
     ):
