@@ -128,6 +128,8 @@ def track_errors(tracked: Tracked) -> list[Row]:
     fallen = ~tracked.standing
     rows += [
         Row("standing sand that is tracked", _percent(known.sum(), tracked.standing.sum()), "%"),
+        Row("moved points wrong by more than 1 px", _percent((error[moved] > 1).sum(), moved.sum()), "%"),
+        Row("largest error of a valid point", float(error[known].max(initial=0.0)), "px"),
         Row("avalanched sand called valid", _percent((tracked.valid & fallen).sum(), fallen.sum()), "%"),
         Row("track errors within one std", 100 * float((component < sigma).mean()), "%", *ONE_STD),
         Row("track errors within two std", 100 * float((component < 2 * sigma).mean()), "%", *TWO_STD),

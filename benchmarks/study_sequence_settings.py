@@ -75,12 +75,13 @@ def _measure(whole: Path, folder: Path, subset_px: int, spacing_px: float) -> di
     (folder / "test.toml").write_text(text, encoding="utf-8")
     run = process_afresh(folder)
     values = {row.label: row.value for row in geometry_errors(folder, run.results)}
+    photographs_s = run.record["timings_s"]["photographs"]
     shutil.rmtree(folder)
     print(f"subset {subset_px}, spacing {spacing_px}: {run.seconds:.0f} s", flush=True)
     return {
         "subset_px": subset_px,
         "spacing_px": spacing_px,
-        "photographs_s": run.record["timings_s"]["photographs"],
+        "photographs_s": photographs_s,
         "whole_s": run.seconds,
         **{short: values.get(label, float("nan")) for label, short in COLUMNS.items()},
     }

@@ -33,6 +33,7 @@ PROCESSES = 2
 _FIGURES = {
     "last frame, moved, median [px]": "tracks_median_px",
     "last frame, moved, 95 % [px]": "tracks_95_px",
+    "moved points wrong by more than 1 px [%]": "wrong_pct",
     "standing sand that is tracked [%]": "tracked_pct",
     "track errors within one std [%]": "within_one_std_pct",
     "blade face, rms [px]": "blade_rms_px",

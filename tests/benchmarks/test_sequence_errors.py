@@ -31,6 +31,8 @@ def test_a_constant_error_of_the_tracks_is_its_length(made):
     found = values(geometry_errors(made.folder, made.results))
     assert found["tracks, median"] == pytest.approx(0.05, abs=1e-6)
     assert found["last frame, moved, 95 %"] == pytest.approx(0.05, abs=1e-6)
+    assert found["largest error of a valid point"] == pytest.approx(0.05, abs=1e-6)
+    assert found["moved points wrong by more than 1 px"] == 0.0
     assert found["standing sand that is tracked"] == 100.0
     assert found["avalanched sand called valid"] == 0.0
     # one component of each point lies within one standard deviation, both within two
