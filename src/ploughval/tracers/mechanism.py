@@ -20,6 +20,7 @@ _TRANSITION = 0.3  # std of the part that a point in the middle of the change mo
 _MEDIAN_DISTANCE = 1.1774  # of two components of unit variance (Rayleigh)
 _ROUGH = 0.15  # mm/mm, first guess of how well the motion between two bands is known
 _LEAST_SETS = 2.0  # independent subsets between two lines
+_STEEPEST = 20  # one in so many points
 _SURE = 5.0  # evidence from which a rival is named, natural logarithm: one in 150
 _PART = (0.08, 0.92)  # of the block's motion, between two bands
 _ALONG = 0.05  # of the block's motion: the least shearing along the blade that counts
@@ -81,6 +82,10 @@ class _Points:
     def above(self, angle: float) -> Floats:
         """Part of the motion above a line that a point sees, 0 to 1."""
         return np.asarray(ndtr(height_above(self.place, angle) / self.width_mm))
+
+    def steepest(self) -> Floats:
+        """Median rate (2,) of the points that stand steepest above the tip."""
+        return np.asarray(np.median(self.rate[-max(len(self.rate) // _STEEPEST, 4) :], axis=0))
 
     def logs(self, expected: Floats, doubt: Floats | float = 0.0) -> Floats:
         """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2), Eq. (11)."""
@@ -160,8 +165,9 @@ def _doubt(part: Floats, velocity: Floats) -> Floats:
 def _two_bands(points: _Points, single: Floats, velocity: Floats) -> float:
     """Evidence of a second line through the tip with sand between that moves by a part, Eq. (13)."""
     best = -np.inf
-    for part in (0.25, 0.5, 0.75):
-        middle, top, blur = part * velocity, velocity, _ROUGH
+    beginnings = [(part * velocity, velocity) for part in (0.25, 0.5, 0.75)]
+    beginnings.append((velocity, points.steepest()))  # the block that was fitted is the one between
+    for middle, top in beginnings:
         low = high = 0
         for blur in (_ROUGH, _ROUGH / 2, 0.0):
             low, high = _two_cuts(points, middle, top, blur)
@@ -217,8 +223,7 @@ def _diffuse(points: _Points, single: Floats, velocity: Floats, motion: Motion) 
     if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * points.sharing:
         return best  # nothing moves by a part
     far = float(np.max(np.hypot(*points.place.T)))
-    steepest = points.rate[-max(len(points.rate) // 20, 4) :]
-    blocks = (velocity, np.median(steepest, axis=0))
+    blocks = (velocity, points.steepest())
     fans = [f for f in np.radians(_FANS_DEG) if f * far > motion.reach_mm]
     for angle in np.radians(_ANGLES_DEG):
         above = height_above(points.place, angle)
