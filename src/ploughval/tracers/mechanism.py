@@ -120,14 +120,17 @@ def judge(motion: Motion, line: BandLine | None, *, resolved: bool) -> Verdict:
     points = _points_of(motion, line)
     part = points.above(beta)
     single = points.logs(part[:, None] * line.velocity, _doubt(part, line.velocity))
+    two, apart_deg = _two_bands(points, single, line.velocity)
     rivals = {
-        Mechanism.TWO_BANDS: _two_bands(points, single, line.velocity),
+        Mechanism.TWO_BANDS: two,
         Mechanism.SHEAR_ALONG_BLADE: _along_blade(points, single, part, line.velocity, motion.reach_mm),
         Mechanism.DIFFUSE: _diffuse(points, single, line.velocity, motion),
     }
     best = max(rivals, key=lambda name: rivals[name])
     found = best if rivals[best] > _SURE else Mechanism.ONE_BAND
     spread = 0.0 if found is Mechanism.ONE_BAND else _spread_deg(points, line.velocity)
+    if found is Mechanism.TWO_BANDS:
+        spread = max(spread, apart_deg / 2)
     return Verdict(found, max(rivals[best], points.lead(single, single, 3)), spread)
 
 
@@ -162,9 +165,9 @@ def _doubt(part: Floats, velocity: Floats) -> Floats:
     return np.asarray(2 * _TRANSITION * np.minimum(part, 1 - part) * np.hypot(*velocity))
 
 
-def _two_bands(points: _Points, single: Floats, velocity: Floats) -> float:
-    """Evidence of a second line through the tip with sand between that moves by a part, Eq. (13)."""
-    best = -np.inf
+def _two_bands(points: _Points, single: Floats, velocity: Floats) -> tuple[float, float]:
+    """Evidence of a second line with sand between that moves by a part, Eq. (13); their angle, degrees."""
+    best, apart = -np.inf, 0.0
     beginnings = [(part * velocity, velocity) for part in (0.25, 0.5, 0.75)]
     beginnings.append((velocity, points.steepest()))  # the block that was fitted is the one between
     for middle, top in beginnings:
@@ -176,8 +179,10 @@ def _two_bands(points: _Points, single: Floats, velocity: Floats) -> float:
             middle, top = (np.median(points.rate[a:b], axis=0) for a, b in ((low, high), (high, None)))
         else:
             if _PART[0] < float(middle @ top / (top @ top)) < _PART[1]:
-                best = max(best, points.lead(_two_logs(points, low, high, middle, top), single, 3))
-    return best
+                lead = points.lead(_two_logs(points, low, high, middle, top), single, 3)
+                if lead > best:
+                    best, apart = lead, float(np.degrees(points.angle[high - 1] - points.angle[low]))
+    return best, apart
 
 
 def _two_cuts(points: _Points, middle: Floats, top: Floats, blur: float) -> tuple[int, int]:
