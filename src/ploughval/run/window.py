@@ -99,8 +99,8 @@ def watch(
     DataError
         When the first photograph cannot be read.
     """
-    walk = _Walk(scene, calibration, frames, workers)
     looks = _Looks(scene, calibration, frames, first)
+    walk = _Walk(scene, calibration, frames, looks.watcher, workers)
     for look in looks.ahead() if workers > 1 else looks.one_by_one():
         walk.take(look)
         if progress is not None:
@@ -116,16 +116,17 @@ class _Look:
     image: Grey | None
     camera: CameraMovement | None = None
     sight: Sight | None = None
+    shift_px: Floats = field(default_factory=lambda: np.zeros(2))  # of the camera, as last told
     fault: str = ""
     doubled: bool = False  # the same picture as the frame before
 
 
 class _Looks:
-    """Reads the photographs in their order and looks at each: camera, blade, sand, surface, dyed layers."""
+    """Reads the photographs in their order and looks at each: camera, blade, sand, surface."""
 
     def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries, first: int) -> None:
         self._scene, self._calibration, self._frames, self._first = scene, calibration, frames, first
-        self._watcher = Watcher(scene, calibration)
+        self.watcher = Watcher(scene, calibration)
         self._camera: CameraWatch | None = None
         self._last_shift = np.zeros(2)
         self._last_image: Grey | None = None
@@ -153,7 +154,7 @@ class _Looks:
                 raise
             return _Look(frame, None, fault=str(error))
         if self._camera is None:
-            sight = self._watcher.see(frame, image)
+            sight = self.watcher.look(frame, image)
             self._camera = CameraWatch(image, self._still(sight))
             movement = None
         else:
@@ -161,10 +162,10 @@ class _Looks:
             if np.isfinite(movement.shift_px[0]):
                 self._last_shift = movement.shift_px
             across, down = self._last_shift.tolist()
-            sight = self._watcher.see(frame, image, (across, down))
+            sight = self.watcher.look(frame, image, (across, down))
         doubled = self._last_image is not None and np.array_equal(image, self._last_image)
         self._last_image = image
-        return _Look(frame, image, movement, sight, doubled=doubled)
+        return _Look(frame, image, movement, sight, self._last_shift, doubled=doubled)
 
     def _still(self, sight: Sight) -> NDArray[np.bool_]:
         """Sand (H, W) in the first photograph that is below what the blade can move."""
@@ -177,10 +178,12 @@ class _Looks:
 
 
 class _Walk:
-    """State of the walk: tracker and the lists that grow frame by frame."""
+    """State of the walk: tracker, dyed layers and the lists that grow frame by frame."""
 
-    def __init__(self, scene: Scene, calibration: Calibration, frames: FrameSeries, workers: int) -> None:
-        self._scene, self._calibration = scene, calibration
+    def __init__(
+        self, scene: Scene, calibration: Calibration, frames: FrameSeries, watcher: Watcher, workers: int
+    ) -> None:
+        self._scene, self._calibration, self._watcher = scene, calibration, watcher
         self._tracker = Tracker(scene.piv, workers) if Step.TRACKS in scene.steps else None
         self._points = PointSet(px=np.empty((0, 2)), layer_mm=np.empty(0))
         self._blade = np.full((len(frames), 2), np.nan)
@@ -202,16 +205,30 @@ class _Walk:
         camera = look.camera or CameraMovement(np.zeros(2), 0.0, 0.0, 1.0)
         self._camera[look.frame] = *camera.shift_px, camera.std_px
         self._notes.add(look.frame, look.sight, camera, doubled=look.doubled)
-        self._note(look.frame, look.sight)
-        if self._tracker is None:
-            return
-        if not self._seen:
-            self._points = place_points(look.sight.sand, self._calibration, self._scene)
-            self._tracker.start(look.image, self._points.px, look.sight.sand)
-            self._seen += [_missing(len(self._points.px))] * look.frame
-            self._seen.append(_at_rest(self._points.px))
-        else:
-            self._seen.append(self._tracker.advance(look.image, look.sight.sand, camera))
+        carried = None
+        if self._tracker is not None:
+            found = self._tracked(self._tracker, look.frame, look.image, look.sight, camera)
+            self._seen.append(found)
+            carried = self._carried(found, look.shift_px)
+        self._note(look.frame, self._watcher.follow_dyed(look.sight, carried))
+
+    def _tracked(
+        self, tracker: Tracker, frame: int, image: Grey, sight: Sight, camera: CameraMovement
+    ) -> FramePoints:
+        """The points in a photograph; placed in the first one."""
+        if self._seen:
+            return tracker.advance(image, sight.sand, camera)
+        sand = sight.sand
+        self._points = place_points(sand, self._calibration, self._scene)
+        tracker.start(image, self._points.px, sand)
+        self._seen += [_missing(len(self._points.px))] * frame
+        return _at_rest(self._points.px)
+
+    def _carried(self, seen: FramePoints, shift_px: Floats) -> dict[float, Floats]:
+        """Where the followed points of each layer stand in this photograph, px."""
+        layer = np.where(seen.status == Status.OK, self._points.layer_mm, np.nan)
+        heights = np.unique(layer[np.isfinite(layer)]).tolist()
+        return {height: seen.position_px[layer == height] + shift_px for height in heights}
 
     def _note(self, frame: int, sight: Sight) -> None:
         self._blade[frame] = sight.blade_x_mm, sight.blade_std_mm

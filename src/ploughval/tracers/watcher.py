@@ -1,7 +1,7 @@
 """Looks at the photographs of a test in their order: blade, sand, free surface, dyed layers."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,21 @@ _FACE_WARNING_PX = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Looked:
+    """What the dyed layers of a photograph are found from: part of it on the grid, light, surface, face.
+
+    ``whole``: (int, int) px by which the camera's movement was taken off, ``rest``: what is left of it.
+    """
+
+    cut: Cut
+    lighting: Lighting
+    surface: SurfaceTrace
+    face: float
+    whole: tuple[int, int]
+    rest: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Sight:
     """What one photograph shows.
 
@@ -40,6 +55,8 @@ class Sight:
         Initial height of a dyed layer, mm -> x, y, std, mm; rows of NaN at gaps.
     reasons : tuple of str
         What this photograph could not show, and why.
+    looked : Looked or None
+        For :meth:`Watcher.follow_dyed`, until it has been called.
     """
 
     blade_x_mm: float
@@ -49,6 +66,7 @@ class Sight:
     surface_std_mm: Floats
     dyed: dict[float, Floats]
     reasons: tuple[str, ...] = ()
+    looked: Looked | None = field(default=None, repr=False)
 
     @property
     def sand(self) -> Mask:
@@ -72,7 +90,6 @@ class Watcher:
         self._view: View | None = None
         self._shape: tuple[int, ...] = ()
         self._face = np.nan
-        self._rest = (0.0, 0.0)
         self._dye: DyeFollower | None = None
 
     def see(
@@ -82,7 +99,16 @@ class Watcher:
         shift_px: tuple[float, float] = (0.0, 0.0),
         carried: dict[float, Floats] | None = None,
     ) -> Sight:
-        """Blade, sand, free surface and dyed layers of one photograph.
+        """Everything that one photograph shows: :meth:`look`, then :meth:`follow_dyed`."""
+        return self.follow_dyed(self.look(frame, image, shift_px), carried)
+
+    def look(
+        self,
+        frame: int,
+        image: NDArray[np.uint8] | NDArray[np.uint16],
+        shift_px: tuple[float, float] = (0.0, 0.0),
+    ) -> Sight:
+        """Blade, sand and free surface of one photograph, its dyed layers still to be followed.
 
         Parameters
         ----------
@@ -93,8 +119,6 @@ class Watcher:
         shift_px : (float, float)
             Where the camera has been knocked to: what stood still at p in the first photograph stands
             at p + shift_px in this one, px, right and down. What is given in mm is freed of it.
-        carried : dict of float -> (K, 2) float, or None
-            Where tracked points of each dyed layer stand in this photograph, px: by initial height, mm.
 
         Raises
         ------
@@ -110,19 +134,42 @@ class Watcher:
         if self._view is None:
             self._start(back)
         assert self._view is not None
-        self._rest = self._view.offset((shift_px[0] - whole[0], shift_px[1] - whole[1]))
+        rest = self._view.offset((shift_px[0] - whole[0], shift_px[1] - whole[1]))
         cut = self._view.cut(back)
         lighting = self._light.compare(cut)
         blade, face = self._face_in(frame, cut, lighting)
         surface = self._surface.find(cut, lighting, face, face - self._face)
         self._face = face
-        dyed: dict[float, Floats] = {}
-        if self._dye is not None:
-            told = self._on_grid(carried, whole)
-            dyed = self._dye.follow(cut, lighting, surface.top, face, hidden=surface.hidden, carried=told)
         parts = self._view.uncut(self._regions(surface, face), Region.OUTSIDE)
         parts = moved_back(parts, (-whole[0], -whole[1]), Region.OUTSIDE)
-        return self._sight(blade, surface, dyed, parts, lighting.agrees)
+        return self._sight(blade, Looked(cut, lighting, surface, face, whole, rest), parts)
+
+    def follow_dyed(self, sight: Sight, carried: dict[float, Floats] | None = None) -> Sight:
+        """A sight with its dyed layers, each photograph in its order.
+
+        Parameters
+        ----------
+        sight : Sight
+            From :meth:`look`.
+        carried : dict of float -> (K, 2) float, or None
+            Where tracked points of each dyed layer stand in this photograph, px: by initial height, mm.
+        """
+        seen, view = sight.looked, self._view
+        if seen is None or view is None or self._dye is None:
+            return replace(sight, looked=None)
+        told = None if carried is None else self._on_grid(carried, seen.whole)
+        surface = seen.surface
+        found = self._dye.follow(
+            seen.cut, seen.lighting, surface.top, seen.face, hidden=surface.hidden, carried=told
+        )
+        moved = [-seen.rest[0] * view.step_mm, seen.rest[1] * view.step_mm, 0.0]
+        dyed = {height: points + moved for height, points in found.items()}
+        absent = [
+            f"layer {height:g} mm: {self._why_not(height)}"
+            for height, points in dyed.items()
+            if not np.isfinite(points[:, 0]).any()
+        ]
+        return replace(sight, dyed=dyed, reasons=(*sight.reasons, *absent), looked=None)
 
     def _face_in(self, frame: int, cut: Cut, lighting: Lighting) -> tuple[BladeSight, float]:
         """The blade as it is seen, and the column of its face: where it is expected if it is not seen."""
@@ -161,12 +208,8 @@ class Watcher:
         back = face - self._scene.blade.thickness_mm / self._view.step_mm
         return regions(self._view.shape, surface.top, float(self._view.row(0.0)), (back, face))
 
-    def _on_grid(
-        self, carried: dict[float, Floats] | None, whole: tuple[int, int]
-    ) -> dict[float, Floats] | None:
+    def _on_grid(self, carried: dict[float, Floats], whole: tuple[int, int]) -> dict[float, Floats]:
         """Points of the photograph as columns and rows of the grid, (K, 2) each."""
-        if carried is None:
-            return None
         view = self._view
         assert view is not None
         mm = {h: self._calibration.to_mm(np.asarray(px, float) - whole) for h, px in carried.items()}
@@ -178,16 +221,14 @@ class Watcher:
             return "its grey does not differ from that of the sand beside it at rest"
         return "no dyed sand was found where it is expected"
 
-    def _sight(
-        self, blade: BladeSight, surface: SurfaceTrace, dyed: dict[float, Floats], parts: Bytes, lit: bool
-    ) -> Sight:
-        view = self._view
+    def _sight(self, blade: BladeSight, seen: Looked, parts: Bytes) -> Sight:
+        view, surface = self._view, seen.surface
         assert view is not None
-        across, down = self._rest
+        across, down = seen.rest
         line = np.column_stack([view.x_mm(surface.column - across), view.y_mm(surface.row - down)])
-        moved = [-across * view.step_mm, down * view.step_mm, 0.0]
-        dyed_mm = {h: p + moved for h, p in dyed.items()}
-        reasons = [] if lit else ["light: it cannot be compared with that of the first photograph"]
+        reasons = (
+            [] if seen.lighting.agrees else ["light: it cannot be compared with that of the first photograph"]
+        )
         if not np.isfinite(blade.column):
             reasons.append("blade: the face was not found")
         if len(surface.hidden) < len(surface.causes):
@@ -197,15 +238,13 @@ class Watcher:
             reasons.append(f"surface: not seen from x = {start:.1f} to {end:.1f} mm: {cause}")
         if surface.cut_off:
             reasons.append("surface: the moving heap reaches the end of the picture")
-        for height, points in dyed_mm.items():
-            if not np.isfinite(points[:, 0]).any():
-                reasons.append(f"layer {height:g} mm: {self._why_not(height)}")
         return Sight(
             blade_x_mm=float(view.x_mm(blade.column - across)),
             blade_std_mm=blade.std_px * view.step_mm,
             regions=parts,
             surface_mm=line,
             surface_std_mm=surface.std_px * view.step_mm,
-            dyed=dyed_mm,
+            dyed={},
             reasons=tuple(reasons),
+            looked=seen,
         )
