@@ -234,7 +234,9 @@ class Tracers(Table):
     dyed: Flag | tuple[Flag, ...] = Field(
         False, description="whether the layers are dyed sand, for all or each"
     )
-    dye: Literal["dark", "pale"] = Field("dark", description="dyed sand against the rest")
+    dye: Literal["dark", "pale"] = Field(
+        "dark", description="dyed sand against the rest, for the reader: the first photograph shows which"
+    )
     thickness_mm: Positive | None = Field(None, description="thickness of a dyed layer, mm")
 
     @classmethod
