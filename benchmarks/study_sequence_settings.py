@@ -112,6 +112,8 @@ def draw(table: pd.DataFrame) -> Figure:
             ax.set_title(title)
             ax.set_xlabel("seconds for 24 photographs, two workers")
             ax.set_xlim(left=0)
+            if column != "tracked_pct":
+                ax.set_ylim(bottom=0)
         figure.axes[0].legend(frameon=False)
         return figure
 
