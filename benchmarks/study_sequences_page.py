@@ -77,11 +77,12 @@ SETTINGS = """
 
 {table}
 
-**What to choose.** The spacing decides the seconds, and how finely layers and bands are drawn; the error of a
-point does not depend on it. Half a subset is the default; twice that for a first look. A larger subset is more
-exact as long as sand moves in rigid blocks, as it does in these tests, and no slower at half its side; real sand
-also deforms within a block, which these tests do not show: leave 31 px where grains are 3 to 6 px wide, and go to
-41 or 61 px where the texture is poor. A smaller one is noisier and costs more points.
+**What to choose.** The spacing decides the seconds, and how finely layers and bands are drawn; the error
+of a point does not depend on it. Half a subset is the default; twice that for a first look. A larger
+subset is more exact as long as sand moves in rigid blocks, as it does in these tests, and no slower at
+half its side; real sand also deforms within a block, which these tests do not show: leave 31 px where
+grains are 3 to 6 px wide, and go to 41 or 61 px where the texture is poor. A smaller one is noisier and
+costs more points.
 """
 
 VIRTUAL = """
