@@ -89,6 +89,36 @@ def test_one_band_is_called_enough_where_it_is_and_not_where_two_were_active(run
     assert (switch["mechanism"] != "one_band").mean() >= 0.8
 
 
+@pytest.mark.slow
+def test_random_tests_have_every_band_once_and_honest_deviations(made):
+    """40 tests: 4 to 16 px/mm, 20 to 60 frames, noise of 0.01 to 0.1 px; theory-bands.md has the figures."""
+    rng = np.random.default_rng(77)
+    tables = []
+    for number in range(40):
+        soil = ((50.0, 32.0), (36.0, 32.0), (40.0, 33.0), (33.0, 33.0))[number % 4]
+        frames, scale = int(rng.integers(20, 61)), float(1 / rng.uniform(4, 16))
+        noise = float(np.exp(rng.uniform(np.log(0.01), np.log(0.1))))
+        seed = int(rng.integers(1e6))
+        test = made(soil, frames=frames, mm_per_px=scale, noise_px=noise, seed=seed)
+        found = find(test)
+        assert len(found.bands) == len(test.bands), (soil, frames, scale, noise, seed)
+        off = (found.bands["u_start_mm"] - test.bands["u_start_mm"]).abs().max()
+        assert off < 0.1 * np.diff(test.frames_u).max()
+        tables.append(errors(test, found))
+    table = pd.concat(tables)
+    alone = table[table["share"] == 1.0]
+    covered = {
+        name: [float((alone[name].abs() < k).mean()) for k in (1, 2)]
+        for name in ("beta", "outcrop", "velocity_x", "velocity_y")
+    }
+    for name, (one, two) in covered.items():
+        assert 0.60 <= one <= 0.78, (name, covered)
+        assert two >= 0.90, (name, covered)
+    assert (alone["mechanism"] != "one_band").mean() < 0.02
+    switch = table[(table["share"] > 0.15) & (table["share"] < 0.85)]
+    assert (switch["mechanism"] == "two_bands").mean() > 0.9
+
+
 @pytest.mark.parametrize("frames", [20, 60])
 def test_peak_equal_to_residual_is_one_creeping_band(made, frames):
     """The outcrop moves on by up to 8 mm an increment; where it began is known to the curve of its creep."""
