@@ -121,7 +121,7 @@ def test_camera_that_was_knocked_is_taken_off_and_does_not_lead_points_astray(sa
     tracker.start(sand.picture(), points, all_sand(sand))
     for frame in range(1, 5):
         shift = knock if frame > 2 else np.zeros(2)
-        camera = CameraMovement(shift, 0.003, 0.0, 0.99)
+        camera = CameraMovement(shift, 0.003, np.zeros(2), 0.0, 0.99)
         picture = sand.picture(np.array([3.0 * frame, 0.0]) + shift, noise=1, seed=frame)
         found = tracker.advance(picture, all_sand(sand), camera)
         assert (found.status == Status.OK).all()

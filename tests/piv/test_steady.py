@@ -34,6 +34,21 @@ def test_camera_that_stands_still_moved_by_exactly_nothing(sand):
     assert found.zncc > 0.9
 
 
+def test_sand_that_creeps_is_no_camera_and_a_knock_on_top_of_it_is(sand):
+    """0.1 px a frame for ten frames, a knock of 2 px in the sixth."""
+    watch = CameraWatch(sand.picture(), still_below(sand))
+    for frame in range(1, 11):
+        knock = np.array([2.0, 0.0]) if frame > 5 else np.zeros(2)
+        creep = np.array([0.1 * frame, 0.0])
+        found = watch.see(sand.picture(creep + knock))
+        expected = knock + (
+            np.array([0.1, 0.0]) if frame > 5 else 0.0
+        )  # of this frame's creep nothing is known
+        assert found.shift_px == pytest.approx(expected, abs=0.01)
+        assert found.drift_px == pytest.approx(creep + knock - expected, abs=0.02)
+        assert (found.std_px > 0) == (frame > 5)
+
+
 def test_turn_is_told_from_a_shift(sand):
     turn = np.radians(0.2)
     middle = np.array([130.0, 170.0])
@@ -59,14 +74,16 @@ def test_sand_that_fell_apart_tells_nothing(sand):
     watch = CameraWatch(sand.picture(), still_below(sand))
     noise = np.random.default_rng(3).integers(0, 255, sand.shape).astype(np.uint8)
     found = watch.see(noise)
-    assert np.isnan(found.shift_px).all()
+    assert np.isnan(found.drift_px).all()
     assert found.zncc < 0.5
 
 
 def test_no_still_sand_tells_nothing(sand):
     watch = CameraWatch(sand.picture(), np.zeros(sand.shape, bool))
     assert watch.patches == 0
-    assert np.isnan(watch.see(sand.picture()).shift_px).all()
+    found = watch.see(sand.picture((3.0, 0.0)))
+    assert found.shift_px.tolist() == [0.0, 0.0]
+    assert np.isnan(found.drift_px).all()
 
 
 def test_thin_strip_of_still_sand_will_do(sand):

@@ -12,8 +12,8 @@ def sight(blade_mm=0.0):
     return Sight(blade_mm, 0.01, np.zeros((4, 4), np.uint8), np.zeros((0, 2)), np.zeros(0), {})
 
 
-def movement(shift=(0.0, 0.0), *, turn=0.0, zncc=0.97):
-    return CameraMovement(np.array(shift, float), 0.002, turn, zncc)
+def movement(shift=(0.0, 0.0), *, drift=(0.0, 0.0), turn=0.0, zncc=0.97):
+    return CameraMovement(np.array(shift, float), 0.002, np.array(drift, float), turn, zncc)
 
 
 def notes_of(movements, blades=None, doubled=()):
@@ -34,12 +34,15 @@ def test_knock_is_named_once_where_it_happens():
     assert "(+2.40, -1.80) px" in texts[3][0]
 
 
-def test_slow_drift_is_no_knock():
-    assert notes_of([movement((0.1 * k, 0.0)) for k in range(12)]) == {}
+def test_slow_drift_is_no_knock_and_is_said_when_it_has_doubled():
+    texts = notes_of([movement(drift=(0.11 * k, 0.0)) for k in range(12)])
+    assert list(texts) == [3, 7]  # 0.33 px, then more than 0.66
+    assert "crept by 0.33 px" in texts[3][0]
 
 
 def test_turned_camera_is_named_with_what_it_costs_in_the_corners():
-    texts = notes_of([movement()] * 2 + [movement(turn=0.1)])
+    texts = notes_of([movement()] * 2 + [movement(turn=0.1)] * 3)
+    assert list(texts) == [2]
     assert "1.3 px in the corners" in texts[2][0]  # 0.1 degrees of half a diagonal of 750 px
 
 
@@ -57,5 +60,5 @@ def test_doubled_picture_and_blade_that_goes_back_are_named():
 
 @pytest.mark.parametrize("blade", [np.nan, 5.0])
 def test_what_the_picture_does_not_tell_raises_no_note(blade):
-    nothing = CameraMovement(np.full(2, np.nan), np.nan, np.nan, np.nan)
+    nothing = CameraMovement(np.zeros(2), 0.0, np.full(2, np.nan), np.nan, np.nan)
     assert notes_of([movement(), nothing], blades=[5.0, blade]) == {}

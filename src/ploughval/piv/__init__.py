@@ -3,11 +3,12 @@
 from ploughval.piv.correlate import Tracks, correlate
 from ploughval.piv.sequence import Tracker
 from ploughval.piv.state import FramePoints
-from ploughval.piv.steady import CameraMovement, CameraWatch
+from ploughval.piv.steady import UNMOVED, CameraMovement, CameraWatch
 from ploughval.piv.strain import StrainField, StrainMeasure, strain_field
 from ploughval.piv.subsets import Description
 
 __all__ = [
+    "UNMOVED",
     "CameraMovement",
     "CameraWatch",
     "Description",

@@ -23,7 +23,7 @@ FALL = 0.03
 """A correlation that fell by more than this share of the usual one since the last frame, and would be as near
 to the least one after another such fall, calls for a newer reference at once."""
 DIMMER = 0.1
-"""A picture whose usual correlation is lower than the last one's by more is poor: no reference is made of it."""
+"""A picture whose usual correlation is lower than the last one's by more is poor: no reference is made."""
 RETRIES = 3
 """Frames in which a point that failed is tried again before it is given up."""
 REFERENCES = 3

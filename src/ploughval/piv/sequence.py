@@ -123,9 +123,8 @@ class Tracker:
         if image.shape != extent:
             raise CorrelationError(f"the picture is {image.shape}; expected {extent} as in the first frame")
         self._frame += 1
-        if camera is not None and np.isfinite(camera.shift_px[0]):
-            state.camera = camera.shift_px
-            state.camera_std = camera.std_px if camera.shift_px.any() else 0.0
+        if camera is not None:
+            state.camera, state.camera_std = camera.shift_px, camera.std_px
         alive = np.flatnonzero(state.failures <= RETRIES)
         current = Current(Picture.taken(image, sand), self._recipe.spline)
         attempts = Attempts(state, self._references, current, alive, self._settings.zncc_min)

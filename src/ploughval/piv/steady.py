@@ -25,8 +25,8 @@ AGREE_PX = 0.15
 """Patches tell the movement that agree within this, or within three times their scatter."""
 LEAST_SHARE = 0.4
 """Share of the patches that must agree."""
-STILL_PX = 0.05
-"""Movement of the camera below this is none."""
+KNOCK_PX = 0.3
+"""A movement of more from one photograph to the next is the camera's; slower ones may be the sand's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +36,12 @@ class CameraMovement:
     Attributes
     ----------
     shift_px : (2,) float
-        A still point at p in the first photograph stands at p + shift in this one; exactly zero where less
-        than STILL_PX was found, NaN where still sand does not tell.
+        A still point at p in the first photograph stands at p + shift in this one: the sum of all knocks so
+        far, exactly zero without one.
     std_px : float
         Standard deviation of a coordinate of the shift.
+    drift_px : (2,) float
+        Movement of the patches besides, slow enough to be the sand's own; NaN where they do not tell.
     turn_deg : float
         Rotation, counter-clockwise as seen, that the patches show besides; NaN where not told.
     zncc : float
@@ -48,11 +50,26 @@ class CameraMovement:
 
     shift_px: Floats
     std_px: float
+    drift_px: Floats
     turn_deg: float
     zncc: float
 
 
-UNTOLD = CameraMovement(np.full(2, np.nan), np.nan, np.nan, np.nan)
+UNMOVED = CameraMovement(np.zeros(2), 0.0, np.zeros(2), 0.0, 1.0)
+"""A camera that stands as it did in the first photograph."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Movement (2,) px of the patches since the first photograph, its std, turn and correlation."""
+
+    moved_px: Floats
+    std_px: float
+    turn_deg: float
+    zncc: float
+
+
+_UNTOLD = _Seen(np.full(2, np.nan), np.nan, np.nan, np.nan)
 
 
 class CameraWatch:
@@ -71,7 +88,7 @@ class CameraWatch:
         self._recipe = Recipe(side, 0, 5)
         self._first = to_8bit(image)
         self._planes = self._cut_planes(image)
-        self._last = np.zeros(2)
+        self._last, self._knocked = np.zeros(2), _Seen(np.zeros(2), 0.0, 0.0, 1.0)
 
     @property
     def patches(self) -> int:
@@ -80,16 +97,19 @@ class CameraWatch:
 
     def see(self, image: NDArray[np.generic]) -> CameraMovement:
         """Movement of the camera in the next photograph (H, W)."""
-        if self.patches < LEAST_TILES:
-            return UNTOLD
-        found = self._measured(image, np.rint(self._last))
-        if not np.isfinite(found.shift_px[0]):
-            found = self._measured(image, self._searched(image))
-        if np.isfinite(found.shift_px[0]):
-            self._last = found.shift_px
-            if np.hypot(*found.shift_px) < STILL_PX:
-                found = replace(found, shift_px=np.zeros(2))
-        return found
+        found = _UNTOLD
+        if self.patches >= LEAST_TILES:
+            found = self._measured(image, np.rint(self._last))
+            if not np.isfinite(found.moved_px[0]):
+                found = self._measured(image, self._searched(image))
+        if np.isfinite(found.moved_px[0]):
+            step = found.moved_px - self._last
+            if np.hypot(*step) > KNOCK_PX:
+                std = float(np.hypot(self._knocked.std_px, np.sqrt(2) * found.std_px))
+                self._knocked = replace(self._knocked, moved_px=self._knocked.moved_px + step, std_px=std)
+            self._last = found.moved_px
+        shift, std = self._knocked.moved_px, self._knocked.std_px
+        return CameraMovement(shift, std, found.moved_px - shift, found.turn_deg, found.zncc)
 
     def _cut_planes(self, image: NDArray[np.generic]) -> Planes:
         return plain_planes(self._mosaic(image, np.zeros(2)), self._recipe.spline)
@@ -104,7 +124,7 @@ class CameraWatch:
             tile[:] = image[np.ix_(rows, columns)]
         return tiles.reshape(-1, steps.size)
 
-    def _measured(self, image: NDArray[np.generic], guess: Floats) -> CameraMovement:
+    def _measured(self, image: NDArray[np.generic], guess: Floats) -> _Seen:
         """The movement by matching every patch, from whole pixels."""
         mosaic = self._mosaic(image, guess)
         mask = np.ones(mosaic.shape, np.uint8)
@@ -157,12 +177,12 @@ def _mirrored(index: NDArray[np.int64], size: int) -> NDArray[np.int64]:
     return np.clip(np.where(index >= size, 2 * (size - 1) - index, index), 0, size - 1)
 
 
-def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> CameraMovement:
+def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> _Seen:
     """Movement that most patches agree on: a shift and a small turn about their middle, least squares."""
     good = np.flatnonzero((fit.status == Status.OK) & (fit.zncc > LEAST_ZNCC))
     zncc = float(np.median(fit.zncc)) if len(fit.zncc) else np.nan
     if good.size < max(LEAST_TILES, LEAST_SHARE * len(places)):
-        return replace(UNTOLD, zncc=zncc)
+        return replace(_UNTOLD, zncc=zncc)
     moved = fit.params[good, :, 0] + guess
     arm = places[good] - places[good].mean(axis=0)
     off = np.linalg.norm(moved - np.median(moved, axis=0), axis=1)
@@ -173,9 +193,9 @@ def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> CameraMovemen
         off = np.linalg.norm(rest, axis=1)
         kept = off <= max(AGREE_PX, 3 * 1.4826 * float(np.median(off[kept])))
     if kept.sum() < max(LEAST_TILES, LEAST_SHARE * len(places)):
-        return replace(UNTOLD, zncc=zncc)
+        return replace(_UNTOLD, zncc=zncc)
     std = float(np.sqrt(np.mean(rest[kept] ** 2) / kept.sum()))
-    return CameraMovement(model[:2], std, float(np.degrees(model[2])), zncc)
+    return _Seen(model[:2], std, float(np.degrees(model[2])), zncc)
 
 
 def _turned_shift(arm: Floats, moved: Floats) -> Floats:

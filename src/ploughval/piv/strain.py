@@ -128,7 +128,7 @@ def strain_field(
 def _planes(
     place: Floats, moved: Floats, std: Floats, wanted: Floats, radius: float
 ) -> tuple[Floats, Floats]:
-    """Gradients (M, 2, 2) of planes about places, by least squares, and their noise; NaN where none is spanned."""
+    """Gradients (M, 2, 2) of planes about places, least squares, and their noise; NaN where there is none."""
     gradient, floor = np.full((len(wanted), 2, 2), np.nan), np.full(len(wanted), np.nan)
     if not len(place) or not len(wanted):
         return gradient, floor

@@ -8,10 +8,10 @@ import numpy as np
 from ploughval.piv import CameraMovement
 from ploughval.tracers import Sight
 
-KNOCK_PX = 0.3
-"""A camera that moves by more than this from one frame to the next was knocked."""
+DRIFT_PX = 0.3
+"""Still sand that creeps by more than this is said, and again when that has doubled."""
 TURN_PX = 0.3
-"""A turn that moves the picture's corners by more than this is said."""
+"""So is a turn, by what it moves the picture's corners."""
 POOR = 0.75
 """Still sand that correlates by less than this share of what is usual in the series makes a picture poor."""
 BACK_PX = 1.0
@@ -38,7 +38,7 @@ class FrameNotes:
         self._mm_per_px, self._reach_px = mm_per_px, math.hypot(*shape) / 2
         self._notes: dict[int, list[str]] = {}
         self._still: list[_Seen] = []
-        self._shift = np.zeros(2)
+        self._shift, self._drift_px, self._turn_px = np.zeros(2), DRIFT_PX, TURN_PX
         self._blade_mm = -np.inf
 
     def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> None:
@@ -55,14 +55,20 @@ class FrameNotes:
             self._notes[frame] = notes
 
     def _camera_moved(self, camera: CameraMovement) -> list[str]:
-        if not np.isfinite(camera.shift_px[0]):
-            return []
         notes, step = [], camera.shift_px - self._shift
-        if np.hypot(*step) > KNOCK_PX:
+        if step.any():
             notes.append(f"the camera moved by ({step[0]:+.2f}, {step[1]:+.2f}) px: taken off all places")
         self._shift = camera.shift_px
+        drift = float(np.hypot(*camera.drift_px))
+        if drift > self._drift_px:
+            notes.append(
+                f"sand below the tip has crept by {drift:.2f} px since the first frame, or the camera has: "
+                "not taken off"
+            )
+            self._drift_px = 2 * drift
         moves_px = abs(math.radians(camera.turn_deg)) * self._reach_px
-        if moves_px > TURN_PX:
+        if moves_px > self._turn_px:
+            self._turn_px = 2 * moves_px
             notes.append(
                 f"the camera is turned by {camera.turn_deg:+.3f} degrees against the first frame, "
                 f"{moves_px:.1f} px in the corners: not taken off"

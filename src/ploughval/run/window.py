@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ploughval.axes import Region, Status
 from ploughval.errors import DataError
 from ploughval.photos import Calibration, FrameSeries
-from ploughval.piv import CameraMovement, CameraWatch, FramePoints, Tracker
+from ploughval.piv import UNMOVED, CameraMovement, CameraWatch, FramePoints, Tracker
 from ploughval.run.frame_notes import FrameNotes
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
@@ -41,7 +41,7 @@ class WindowRecord:
     point_std_px: Floats  # (F, N)
     zncc: Floats  # (F, N)
     status: NDArray[np.int8]  # (F, N)
-    camera: Floats  # (F, 3) movement of the camera since frame 0: x, y, px, and its std; NaN: not told
+    camera: Floats  # (F, 3) movement of the camera since frame 0: x, y, px, and its std; NaN: lost
     lost_frames: dict[int, str]  # frame -> reason
     notes: dict[int, list[str]] = field(default_factory=dict)  # frame -> what is wrong with the picture
     unseen: dict[int, list[str]] = field(default_factory=dict)  # frame -> what it could not show, and why
@@ -114,9 +114,8 @@ class _Look:
 
     frame: int
     image: Grey | None
-    camera: CameraMovement | None = None
+    camera: CameraMovement = UNMOVED
     sight: Sight | None = None
-    shift_px: Floats = field(default_factory=lambda: np.zeros(2))  # of the camera, as last told
     fault: str = ""
     doubled: bool = False  # the same picture as the frame before
 
@@ -128,7 +127,6 @@ class _Looks:
         self._scene, self._calibration, self._frames, self._first = scene, calibration, frames, first
         self.watcher = Watcher(scene, calibration)
         self._camera: CameraWatch | None = None
-        self._last_shift = np.zeros(2)
         self._last_image: Grey | None = None
 
     def one_by_one(self) -> Iterator[_Look]:
@@ -156,16 +154,14 @@ class _Looks:
         if self._camera is None:
             sight = self.watcher.look(frame, image)
             self._camera = CameraWatch(image, self._still(sight))
-            movement = None
+            movement = UNMOVED
         else:
             movement = self._camera.see(image)
-            if np.isfinite(movement.shift_px[0]):
-                self._last_shift = movement.shift_px
-            across, down = self._last_shift.tolist()
+            across, down = movement.shift_px.tolist()
             sight = self.watcher.look(frame, image, (across, down))
         doubled = self._last_image is not None and np.array_equal(image, self._last_image)
         self._last_image = image
-        return _Look(frame, image, movement, sight, self._last_shift, doubled=doubled)
+        return _Look(frame, image, movement, sight, doubled=doubled)
 
     def _still(self, sight: Sight) -> NDArray[np.bool_]:
         """Sand (H, W) in the first photograph that is below what the blade can move."""
@@ -202,14 +198,14 @@ class _Walk:
             if self._tracker is not None and self._seen:
                 self._seen.append(self._tracker.skip())
             return
-        camera = look.camera or CameraMovement(np.zeros(2), 0.0, 0.0, 1.0)
+        camera = look.camera
         self._camera[look.frame] = *camera.shift_px, camera.std_px
         self._notes.add(look.frame, look.sight, camera, doubled=look.doubled)
         carried = None
         if self._tracker is not None:
             found = self._tracked(self._tracker, look.frame, look.image, look.sight, camera)
             self._seen.append(found)
-            carried = self._carried(found, look.shift_px)
+            carried = self._carried(found, camera.shift_px)
         self._note(look.frame, self._watcher.follow_dyed(look.sight, carried))
 
     def _tracked(
