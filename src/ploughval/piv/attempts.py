@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
+from ploughval.piv.curvature import miss_of_neighbours
 from ploughval.piv.guess import Greys, flow_at, median_of_nearest
 from ploughval.piv.held import BORDER_PX, Current, Facing, Reference
 from ploughval.piv.precision import Noise, predict_std, with_correlation
 from ploughval.piv.references import References
 from ploughval.piv.refine import mismatch_px, noise_level, refine, suspects
+from ploughval.piv.refuse import ASTRAY_PX
 from ploughval.piv.state import State
-from ploughval.piv.subsets import Fit, Floats, displacement_of
+from ploughval.piv.subsets import Description, Fit, Floats, displacement_of
 from ploughval.piv.validate import judge_correlation, neighbours_of, outliers
 from ploughval.piv.windows import (
     CANDIDATES,
@@ -37,6 +39,8 @@ ROUNDS = 2
 """Times that windows are tried, from ever nearer neighbours."""
 WHOLE_PX = 0.15
 """Where no window beside a band will do, a whole subset of this mismatch is refused, px."""
+MIXED_PX = 0.5
+"""A subset whose residuals answer to so much motion holds two, if it moves otherwise than its neighbours."""
 LEAST_REFINED = 12
 """Points that share a reference, so that their neighbours can tell bands and curvature."""
 
@@ -79,6 +83,7 @@ class Attempts:
         self._try_again(whole)
         self._refine(whole)
         self._narrow()
+        self._refuse_mixed()
         now = self.positions()
         now[fit.status != Status.OK] = np.nan
         # A point taken up again was presumed elsewhere; its window has its neighbours' motion anyway.
@@ -217,6 +222,23 @@ class Attempts:
         torn = np.isfinite(self._near_steps(np.union1d(trusted, found), left)[:, 1, 0])
         fit.status[left[~good & torn]] = Status.SHEARED
         fit.status[left[~good & ~torn & ~whole[left]]] = Status.LOW_CORRELATION
+
+    def _refuse_mixed(self) -> None:
+        """Mark subsets in which two things move: their residuals are not explained, and others go otherwise.
+
+        Sand that changes its looks leaves residuals as well, but goes with its neighbours.
+        """
+        fit = self.fit
+        mixed = (fit.status == Status.OK) & (mismatch_px(fit, noise_level(fit)) > MIXED_PX)
+        for held, part in self._by_reference(self._alive):
+            if not mixed[part].any():
+                continue
+            facing = self._facing(held)
+            inward, places = facing.inward(fit.take(part)), facing.places(part)
+            apart = np.abs(miss_of_neighbours(facing.pair, inward, places, neighbours_of(places)))
+            banded = np.isin(fit.description[part], (Description.BAND, Description.SIDE))
+            wrong = mixed[part] & (banded | (apart > ASTRAY_PX).any(axis=1))
+            fit.status[part[wrong]] = Status.SHEARED
 
     def _near_steps(self, known: Index, index: Index) -> Floats:
         """Motions (I, K, 2) of known neighbours since each point was last measured, NaN: no more."""
