@@ -93,7 +93,7 @@ def test_tables_of_every_kind_give_the_same_times(tmp_path, text):
     assert result.notes == ()
 
 
-def test_photographs_without_row_are_faults_and_rows_without_photograph_are_notes(tmp_path):
+def test_photographs_without_row_are_faults_and_rows_without_photograph_are_missing(tmp_path):
     (tmp_path / "t.csv").write_text("file,time_s\na.png,1\nlost.png,2\n")
     result = table_times(tmp_path / "t.csv", ["a.png", "b.png"])
     assert result.faults == {1: "has no row in t.csv"}

@@ -89,6 +89,15 @@ def test_a_second_photograph_at_rest_stands_for_a_first_one_that_cannot_be_read(
     assert np.abs(blade["blade_x_mm"] - blade["u_mm"])[1:].max() < 0.1  # a third of a pixel
 
 
+def test_a_photograph_with_a_time_that_is_not_there_makes_the_test_incomplete(folder):
+    gone = photographs(folder)[2]
+    gone.unlink()
+    outcome = process(folder)
+    assert not outcome.complete
+    assert any(gone.name in fault and "not there" in fault for fault in outcome.faults)
+    assert {row["status"] for row in record(outcome)["frames"]} == {"ok"}
+
+
 def test_a_blank_photograph_is_a_lost_frame(folder):
     path = photographs(folder)[2]
     with Image.open(path) as image:

@@ -33,7 +33,9 @@ class FrameSeries:
     faults : dict
         Frames that cannot be used and why, as found without decoding; :meth:`read` refuses them.
     notes : tuple of str
-        What was found wrong that belongs to no frame (rows for absent photographs, order, files left out).
+        What was found wrong that belongs to no frame (order, files left out).
+    missing : tuple of str
+        Photographs that have a time but are not there.
     """
 
     paths: tuple[Path, ...]
@@ -43,6 +45,7 @@ class FrameSeries:
     notes: tuple[str, ...] = ()
     pages: tuple[int, ...] = ()
     channel: Channel = "grey"
+    missing: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.paths)
@@ -137,6 +140,7 @@ def open_frames(scene: Scene) -> FrameSeries:
         notes=tuple(notes),
         pages=tuple(found[k].page for k in order),
         channel=camera.channel,
+        missing=stamped.missing,
     )
 
 

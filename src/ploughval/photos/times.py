@@ -22,12 +22,14 @@ _SHOWN = 5
 class FrameTimes:
     """Times of the frames in the order of their names, and what was wrong with some of them.
 
-    time_s (F,) float, s, NaN where unknown; faults by frame; notes on what belongs to no frame.
+    time_s (F,) float, s, NaN where unknown; faults by frame; notes on what belongs to no frame; missing
+    photographs that have a time.
     """
 
     time_s: NDArray[np.float64]
     faults: dict[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
 
 
 def interval_times(count: int, start_s: float, interval_s: float) -> FrameTimes:
@@ -110,7 +112,7 @@ def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
     Returns
     -------
     FrameTimes
-        Frames without a row are faults; rows for files that are not there are notes.
+        Frames without a row are faults; rows for files that are not there are missing.
 
     Raises
     ------
@@ -140,8 +142,7 @@ def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
     if not np.isfinite(time_s).any():
         raise DataError(f"names none of the {len(names)} photographs, such as {names[0]}", path=table)
     faults = {int(k): f"has no row in {table.name}" for k in np.flatnonzero(np.isnan(time_s))}
-    note = (f"{table.name} names photographs that are not there: {_list(unknown)}",) if unknown else ()
-    return FrameTimes(time_s, faults, note)
+    return FrameTimes(time_s, faults, missing=tuple(unknown))
 
 
 def _read_rows(table: Path) -> list[tuple[int, str, float]]:

@@ -41,8 +41,9 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Whether no frame and no step was lost."""
-        return not self.lost_frames and not self.lost_steps
+        """Whether no frame and no step was lost, and no photograph is missing."""
+        missing = self.frames is not None and self.frames.missing
+        return not (self.lost_frames or self.lost_steps or missing)
 
     def frame_displacement_mm(self) -> NDArray[np.float64]:
         """Blade displacement of each frame, mm; empty without photographs."""

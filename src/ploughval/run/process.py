@@ -176,6 +176,9 @@ class _Run:
         found = self.found
         assert found.frames is not None
         found.warnings += found.frames.notes
+        found.faults += [
+            f"photograph {name}: it has a time but is not there" for name in found.frames.missing
+        ]
         window = found.window
         if window is None:
             return
