@@ -20,7 +20,7 @@ Every number on this page stands in a table of this folder, and every table is m
 
 | command | makes |
 | --- | --- |
-| `python benchmarks/bench_sequences.py` | `cases.csv`, `statuses.csv`, figure: made tests by case |
+| `python benchmarks/study_sequences.py` | `cases.csv`, `statuses.csv`, figure: made tests by case |
 | `python benchmarks/bench_sequence_speed.py` | `speed.csv`: 60 photographs of 12 megapixels |
 | `python benchmarks/study_sequence_settings.py` | `settings.csv` and its figure: seconds against error |
 | `python benchmarks/study_virtual.py --virtual DIR` | `virtual*.csv`, figures: a material-point run |

@@ -98,7 +98,7 @@ def test_photographs_without_row_are_faults_and_rows_without_photograph_are_miss
     result = table_times(tmp_path / "t.csv", ["a.png", "b.png"])
     assert result.faults == {1: "has no row in t.csv"}
     assert np.isnan(result.time_s[1])
-    assert "lost.png" in result.notes[0]
+    assert result.missing == ("lost.png",)
 
 
 @pytest.mark.parametrize(

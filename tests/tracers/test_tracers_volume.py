@@ -100,7 +100,7 @@ def test_a_made_test_balances_exactly_and_as_it_is_measured(tmp_path):
         pd.DataFrame(blade, columns=["frame", "u_mm", "blade_x_mm", "blade_std_mm"]),
         options.depth_mm,
     )
-    # 0.2 px along 600 px of surface, 0.2 mm each: 5 of the 90 to 360 mm2 swept; later the toe leaves the picture
+    # 0.2 px along 600 px of surface of 0.2 mm: 5 of the 90 to 360 mm2 swept; later the toe leaves the picture
     assert found["difference_mm2"].abs().max() < 8.0
     assert (found["ratio"][1:] - 1).abs().max() < 0.03
     assert (found["difference_mm2"].abs()[1:] < 3 * found["std_mm2"][1:]).all()

@@ -1,8 +1,8 @@
 """Whole sequences on made tests: every figure against exact truth, one factor at a time.
 
-python benchmarks/bench_sequences.py                          # all cases, two at a time
-python benchmarks/bench_sequences.py --only base "noise 8"    # some of them
-python benchmarks/bench_sequences.py --folders /scratch       # keeps the made tests and their results there
+python benchmarks/study_sequences.py                          # all cases, two at a time
+python benchmarks/study_sequences.py --only base "noise 8"    # some of them
+python benchmarks/study_sequences.py --folders /scratch       # keeps the made tests and their results there
 """
 
 import argparse
