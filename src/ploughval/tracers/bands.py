@@ -13,6 +13,7 @@ from ploughval.tracers.increment import Motion, frame_number, motion_of, pairs_o
 from ploughval.tracers.line import BandLine, fit_line
 from ploughval.tracers.mechanism import Mechanism, judge
 from ploughval.tracers.outcrop import NO_SURFACE, height, lines_of, outcrop
+from ploughval.tracers.scatter import widened
 from ploughval.tracers.switches import as_it_began, start_of
 from ploughval.tracers.view import Floats
 
@@ -60,7 +61,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     motions = [motion_of(tracks, scene, a, b) for a, b in pairs]
     lines = lines_of(surface)
     rows = [_increment(tracks, lines, pair, motion) for pair, motion in zip(pairs, motions, strict=True)]
-    table = _with_displacement_std(pd.DataFrame(rows, columns=_COLUMNS).astype(_TYPES))
+    table = _with_scatter(_with_displacement_std(pd.DataFrame(rows, columns=_COLUMNS).astype(_TYPES)))
     episodes = divide(table, least_slip_mm=scene.bands.min_slip_mm, depth_mm=scene.blade.depth_mm)
     band = np.full(len(table), NO_BAND)
     for number, episode in enumerate(episodes):
@@ -75,7 +76,12 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     return BandFindings(bands.astype({"band": int}), table[list(INCREMENT_COLUMNS)])
 
 
-_COLUMNS = [*(name for name in INCREMENT_COLUMNS if name != "band"), "outcrop_y_mm", "outcrop_shared_mm"]
+_COLUMNS = [
+    *(name for name in INCREMENT_COLUMNS if name != "band"),
+    "outcrop_y_mm",
+    "outcrop_shared_mm",
+    "outcrop_own_mm",
+]
 _TYPES = {name: np.float64 for name in _COLUMNS if name != "mechanism"}
 
 
@@ -102,6 +108,7 @@ def _increment(
         "beta_std_deg": beta_std,
         "outcrop_x_mm": x,
         "outcrop_std_mm": np.hypot(per_degree * beta_std, std),
+        "outcrop_own_mm": np.hypot(per_degree * line.std_deg, std),
         "outcrop_shared_mm": per_degree * line.shared_std_deg,
         "outcrop_y_mm": height(surfaces[0], x)[0],
         "slip_mm": slip,
@@ -124,6 +131,19 @@ def _velocity(line: BandLine) -> dict[str, float]:
     values = np.column_stack([line.velocity, line.velocity_std]).ravel()
     names = ("velocity_x", "velocity_x_std", "velocity_y", "velocity_y_std")
     return dict(zip(names, values.tolist(), strict=True))
+
+
+def _with_scatter(table: pd.DataFrame) -> pd.DataFrame:
+    """Standard deviations that cover how angles and outcrops scatter from increment to increment."""
+    middle = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
+    vague = ~table["mechanism"].isin([Mechanism.ONE_BAND]).to_numpy()
+    for value, std in (
+        ("beta_deg", "beta_std_deg"),
+        ("outcrop_x_mm", "outcrop_std_mm"),
+        ("outcrop_x_mm", "outcrop_own_mm"),
+    ):
+        table[std] = widened(middle, table[value].to_numpy(), table[std].to_numpy(), vague)
+    return table
 
 
 def _with_displacement_std(table: pd.DataFrame) -> pd.DataFrame:

@@ -41,8 +41,8 @@ def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float)
     Parameters
     ----------
     table : DataFrame
-        u_mm, du_mm, beta_deg, outcrop_x_mm, outcrop_std_mm, outcrop_shared_mm, outcrop_y_mm, slip_mm of each
-        increment.
+        u_mm, du_mm, beta_deg, outcrop_x_mm, outcrop_std_mm, outcrop_own_mm (without what two bands at once
+        add), outcrop_shared_mm, outcrop_y_mm, slip_mm of each increment.
     least_slip_mm : float or None
         Bands with less slip are dropped; None: 1 % of the depth.
     depth_mm : float
@@ -61,7 +61,7 @@ def divide(table: pd.DataFrame, *, least_slip_mm: float | None, depth_mm: float)
 
 def _jumps(known: pd.DataFrame) -> list[int]:
     """Increments with which a new band begins."""
-    x, std = known["outcrop_x_mm"].to_numpy(), known["outcrop_std_mm"].to_numpy()
+    x, std = known["outcrop_x_mm"].to_numpy(), known["outcrop_own_mm"].to_numpy()
     u = (known["u_mm"] + known["du_mm"] / 2).to_numpy()
     found: list[int] = []
     for k in range(1, len(x)):
@@ -127,7 +127,7 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
     for part in parts:
         if joined:
             table = known.loc[joined[-1].append(part)]
-            x, std = table["outcrop_x_mm"].to_numpy(), table["outcrop_std_mm"].to_numpy()
+            x, std = table["outcrop_x_mm"].to_numpy(), table["outcrop_own_mm"].to_numpy()
             u = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
             # the first increment of a part may be a switch, with its line between two bands'
             if not any(_jumps_at(x, std, u, 0, len(joined[-1]) + k) for k in range(min(2, len(part)))):

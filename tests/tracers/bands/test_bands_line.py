@@ -123,6 +123,7 @@ def table_of(outcrops, std=0.3, du=1.0):
             "du_mm": du,
             "outcrop_x_mm": x,
             "outcrop_std_mm": std,
+            "outcrop_own_mm": std,
             "outcrop_shared_mm": 0.1,
             "outcrop_y_mm": 30.0,
             "slip_mm": du,
