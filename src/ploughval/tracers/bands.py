@@ -13,7 +13,7 @@ from ploughval.tracers.increment import Motion, frame_number, motion_of, pairs_o
 from ploughval.tracers.line import BandLine, fit_line
 from ploughval.tracers.mechanism import Mechanism, judge
 from ploughval.tracers.outcrop import NO_SURFACE, height, lines_of, outcrop
-from ploughval.tracers.scatter import widened
+from ploughval.tracers.scatter import common_scale, widened
 from ploughval.tracers.switches import as_it_began, start_of
 from ploughval.tracers.view import Floats
 
@@ -67,6 +67,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     for number, episode in enumerate(episodes):
         band[episode.rows] = number
     table["band"] = band
+    _scale_stds(table)
     starts = [start_of(motions, table, episodes, number) for number in range(len(episodes))]
     _name_switches(table, [start for start, _ in starts[1:]])
     began = [as_it_began(e, lines.get(int(table["frame"].loc[e.rows[0]]), NO_SURFACE)) for e in episodes]
@@ -144,6 +145,14 @@ def _with_scatter(table: pd.DataFrame) -> pd.DataFrame:
     ):
         table[std] = widened(middle, table[value].to_numpy(), table[std].to_numpy(), vague)
     return table
+
+
+def _scale_stds(table: pd.DataFrame) -> None:
+    """Multiply stds of angles and outcrops by how increments of one band scatter beyond them, Eq. (16a)."""
+    middle = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
+    for value, std in (("beta_deg", "beta_std_deg"), ("outcrop_x_mm", "outcrop_std_mm")):
+        columns = table[value].to_numpy(), table[std].to_numpy(), table["band"].to_numpy()
+        table[std] *= common_scale(middle, *columns)
 
 
 def _with_displacement_std(table: pd.DataFrame) -> pd.DataFrame:

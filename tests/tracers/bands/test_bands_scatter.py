@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from ploughval.tracers.scatter import widened
+from ploughval.tracers.scatter import common_scale, widened
 
 U = np.arange(24.0)
 VAGUE, SHARP = np.ones(24, bool), np.zeros(24, bool)
 STD = np.full(24, 0.3)
+BAND = (U > 11).astype(int)
 
 
 def jagged(seed):
@@ -40,3 +41,15 @@ def test_values_that_could_not_be_had_are_passed_over():
     assert found[[3, 9]].tolist() == [0.3, 0.3]
     assert np.isfinite(found).all()
     assert widened(U[:4], value[:4], STD[:4], VAGUE[:4]).tolist() == STD[:4].tolist()
+
+
+def test_the_scatter_of_a_series_beyond_what_is_stated_is_found_and_a_jump_is_not():
+    """300 draws of 24 values: the median of their ratios scatters by a quarter, and is 1 at least."""
+    rng = np.random.default_rng(5)
+    for true, low, high in ((0.3, 1.0, 1.15), (0.9, 2.6, 3.4)):
+        values = [30 - 15 * BAND + 0.6 * U + rng.normal(0, true, 24) for _ in range(300)]
+        assert low <= np.median([common_scale(U, value, STD, BAND) for value in values]) < high
+
+
+def test_few_values_tell_no_scatter():
+    assert common_scale(U[:8], jagged(1)[:8], STD[:8], BAND[:8]) == 1.0
