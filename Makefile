@@ -15,6 +15,7 @@ help:
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,tdms,cluster]'
+	$(BIN)/python -m ploughval.run.warm
 	@touch $@
 
 demo: $(READY)
