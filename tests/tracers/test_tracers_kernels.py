@@ -40,7 +40,7 @@ def test_a_point_is_read_from_the_line_through_its_neighbours_in_its_piece():
     value = rng.normal(0, 1, 40)
     piece = np.repeat([1, 0], [15, 25])
     out = np.empty((40, 4))
-    read_along(value, piece, 6, 0, out)
+    read_along(value, piece, 6, out)
     for i, (first, last) in ((3, (0, 9)), (14, (8, 14)), (15, (15, 21)), (25, (19, 31)), (39, (33, 39))):
         x = np.arange(first, last + 1)
         slope, level, square = line_through(x, value[x])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ploughval.axes import Status
 from ploughval.piv.curvature import miss_of_neighbours
 from ploughval.piv.guess import Greys, flow_at, median_of_nearest
-from ploughval.piv.held import BORDER_PX, Current, Facing, Reference
+from ploughval.piv.held import Current, Facing, Reference
 from ploughval.piv.precision import Noise, predict_std, with_correlation
 from ploughval.piv.references import References
 from ploughval.piv.refine import mismatch_px, noise_level, refine, suspects
@@ -147,7 +147,7 @@ class Attempts:
         state, fit = self._state, self.fit
         if index.size == 0:
             return
-        self._current.reach(state.position[index] + moved, 2.0 * self._subset + BORDER_PX)
+        self._current.reach(state.position[index] + moved, self._references.margin_px)
         motion = np.zeros_like(state.position)
         motion[index] = moved
         for held, part in self._by_reference(index):
@@ -260,7 +260,7 @@ class Attempts:
         """Try windows; keeps what succeeds, and returns for which points it did."""
         state, fit, current = self._state, self.fit, self._current
         done = np.zeros(index.size, bool)
-        current.reach((state.last[index][:, None] + steps).reshape(-1, 2), 2.0 * self._subset + BORDER_PX)
+        current.reach((state.last[index][:, None] + steps).reshape(-1, 2), self._references.margin_px)
         for held, part in self._by_reference(index):
             some = np.flatnonzero(np.isin(index, part))
             facing = self._facing(held)

@@ -55,6 +55,11 @@ class References:
         self._workers, self._zncc_min = workers, zncc_min
         self._usual = 0.0  # correlation in the last picture
 
+    @property
+    def margin_px(self) -> float:
+        """How far about the place where a point is expected the newest picture may be read, px."""
+        return 2.0 * self.recipe.subset + BORDER_PX
+
     def hold(self, frame: int, picture: Picture, position: Floats, std: Floats) -> None:
         """Keep a picture as a reference: places (N, 2) px of the points in it, std (N,); NaN: not known."""
         self.held[frame] = Reference.held(frame, picture, position, std, self.recipe)
@@ -71,7 +76,7 @@ class References:
         if self._judged:
             return
         first = self.held[0]
-        current.reach(places, 2.0 * self.recipe.subset + BORDER_PX)
+        current.reach(places, self.margin_px)
         facing = self.facing(first, current)
         start = places - first.position[index] + facing.shift
         found = judge_noise(facing.pair, facing.places(index), start, given)

@@ -26,12 +26,11 @@ from ploughval.report.figures import (
     mobilised_figure,
 )
 from ploughval.report.results import Results
-from ploughval.report.stages import stage_frames, view
+from ploughval.report.stages import increments_shown, view
 from ploughval.report.text import number
 from ploughval.scene import Step
 
 MOST_PLACES = 12  # increments that are named
-MOST_FIELDS = 6  # a field is heavy; the layers show every stage
 
 
 def not_had(results: Results, step: Step, what: str) -> tuple[str, ...]:
@@ -193,21 +192,12 @@ def field_chapter(results: Results, pen: Pen) -> Chapter | None:
     if tracks is None:
         missing = not_had(results, Step.TRACKS, "The displacement field")
         return Chapter("field", "Displacement field", notes=missing) if missing else None
-    extent = view(results)
-    u, numbers = tracks["u_mm"].to_numpy(), tracks["frame"].to_numpy()
-    measured = np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
+    extent, u = view(results), tracks["u_mm"].to_numpy()
     drawings: list[Drawing] = []
-    frames = stage_frames(results)
-    step = max(1, -(-len(frames) // MOST_FIELDS))
-    for frame in frames[::-step][::-1]:  # the last stage is always among them
-        row = int(np.argmin(np.abs(numbers - frame)))
-        earlier = np.flatnonzero(measured[:row] & (u[:row] < u[row]))
-        if numbers[row] != frame or not measured[row] or not earlier.size:
-            continue
-        before = int(earlier[-1])
+    for frame, before, row in increments_shown(results):
         surface = None if results.surface is None else results.surface[results.surface["frame"] == frame]
         figure = field_figure(
-            tracks, before, row, extent=extent, surface=surface, thickness_mm=_thickness(results)
+            tracks, before, row, extent=extent, surface=surface, thickness_mm=results.thickness_mm
         )
         words = f"between u = {u[before]:.1f} mm and {u[row]:.1f} mm"
         drawings.append(pen.draw(figure, f"Displacement of the sand {words}.", f"Frame {frame}: {words}."))
@@ -219,10 +209,6 @@ def field_chapter(results: Results, pen: Pen) -> Chapter | None:
         lead="How far each point moved for a millimetre of the blade. A rigid block moves 1 / cos β.",
         grid=drawings,
     )
-
-
-def _thickness(results: Results) -> float:
-    return float(results.setting("blade", "thickness_mm") or 5.0)
 
 
 def friction_chapter(results: Results, pen: Pen) -> Chapter | None:

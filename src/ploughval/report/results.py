@@ -146,6 +146,11 @@ class Results:
         return _positive(self.setting("blade", "depth_mm"))
 
     @property
+    def thickness_mm(self) -> float:
+        """Thickness of the blade, mm."""
+        return float(self.setting("blade", "thickness_mm") or 5.0)
+
+    @property
     def P0_N(self) -> float | None:
         """Divisor of forces: the model's first peak, else its first force, else the experiment's."""
         peak = self.metric("first_peak_N")

@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 
 from ploughval.piv.strain import StrainMeasure, max_shear, strain_field
 from ploughval.report.blocks import Chapter, Drawing, Pen
-from ploughval.report.chapters import MOST_FIELDS, not_had
+from ploughval.report.chapters import not_had
 from ploughval.report.figures import shear_figure
 from ploughval.report.figures.layers import Extent, stage
 from ploughval.report.figures.shear import Band, ShearMap
 from ploughval.report.results import Results
-from ploughval.report.stages import stage_frames, view
+from ploughval.report.stages import increments_shown, view
 from ploughval.report.text import number
 from ploughval.scene import Step
 
@@ -43,13 +43,7 @@ def shear_chapter(results: Results, pen: Pen) -> Chapter | None:
         missing = not_had(results, Step.TRACKS, "The strain of the sand")
         return Chapter("shear", "Shear strain", notes=missing) if missing else None
     extent, gauge = view(results), gauge_mm(results)
-    frames = stage_frames(results)
-    step = max(1, -(-len(frames) // MOST_FIELDS))
-    drawings = [
-        drawing
-        for frame in frames[::-step][::-1]
-        if (drawing := _stage(results, tracks, frame, extent, gauge, pen)) is not None
-    ]
+    drawings = [_stage(results, tracks, shown, extent, gauge, pen) for shown in increments_shown(results)]
     if not drawings:
         return Chapter("shear", "Shear strain", notes=("No two photographs share enough tracked points.",))
     lead = (
@@ -75,15 +69,14 @@ def gauge_mm(results: Results) -> float:
 
 
 def _stage(
-    results: Results, tracks: xr.Dataset, frame: int, extent: Extent, gauge: float, pen: Pen
-) -> Drawing | None:
-    u, numbers = tracks["u_mm"].to_numpy(), tracks["frame"].to_numpy()
-    seen = np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
-    row = int(np.argmin(np.abs(numbers - frame)))
-    earlier = np.flatnonzero(seen[:row] & (u[:row] < u[row]))
-    if numbers[row] != frame or not seen[row] or not earlier.size:
-        return None
-    before = int(earlier[-1])
+    results: Results,
+    tracks: xr.Dataset,
+    shown: tuple[int, int, int],
+    extent: Extent,
+    gauge: float,
+    pen: Pen,
+) -> Drawing:
+    (frame, before, row), u = shown, tracks["u_mm"].to_numpy()
     surface = stage(results.surface, frame)
     increment, total = (
         shear_map(pair, measure, extent=extent, gauge=gauge, u_mm=float(u[row]), surface=surface)
@@ -94,8 +87,8 @@ def _stage(
     )
     figure = shear_figure(
         (increment, total), u_mm=(float(u[before]), float(u[row])), extent=extent, surface=surface,
-        band=_band(results, int(numbers[before])),
-        thickness_mm=float(results.setting("blade", "thickness_mm") or 5.0),
+        band=_band(results, int(tracks["frame"].to_numpy()[before])),
+        thickness_mm=results.thickness_mm,
     )  # fmt: skip
     words = f"from u = {u[before]:.1f} mm to {u[row]:.1f} mm"
     floors = " and ".join(number(m.floor, 2) for m in (increment, total))

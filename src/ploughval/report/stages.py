@@ -14,6 +14,8 @@ Values = NDArray[np.float64]
 # Pixels of photograph on the whole page: noise-like sand costs about a third of a byte each.
 PHOTO_PIXELS = 4_000_000
 
+MOST_FIELDS = 6  # a field is heavy; the layers show every stage
+
 
 def stage_frames(results: Results) -> list[int]:
     """Frames nearest to equal steps of displacement, the last included, that show something."""
@@ -33,6 +35,25 @@ def stage_frames(results: Results) -> list[int]:
     wanted = u.max() * np.arange(1, count + 1) / count
     nearest = {int(places["frame"].iloc[int(np.argmin(np.abs(u - place)))]) for place in wanted}
     return sorted(nearest)
+
+
+def increments_shown(results: Results) -> list[tuple[int, int, int]]:
+    """Stages with tracked points, MOST_FIELDS at most and the last among them.
+
+    Each as its frame, and the rows of the tracks with which the increment that leads to it begins and ends.
+    """
+    tracks, frames = results.tracks, stage_frames(results)
+    if tracks is None:
+        return []
+    u, numbers = tracks["u_mm"].to_numpy(), tracks["frame"].to_numpy()
+    measured = np.isfinite(tracks["x_mm"].to_numpy()).any(axis=1)
+    shown = []
+    for frame in frames[:: -max(1, -(-len(frames) // MOST_FIELDS))][::-1]:
+        row = int(np.argmin(np.abs(numbers - frame)))
+        earlier = np.flatnonzero(measured[:row] & (u[:row] < u[row]))
+        if numbers[row] == frame and measured[row] and earlier.size:
+            shown.append((frame, int(earlier[-1]), row))
+    return shown
 
 
 def _track_frames(results: Results) -> pd.DataFrame:
@@ -61,7 +82,7 @@ def view(results: Results) -> Extent:
     for table in (results.bands, results.model_bands, results.increments, results.model_force):
         if table is not None and table["outcrop_x_mm"].notna().any():
             reach.append(float(table["outcrop_x_mm"].max()) + depth / 2)
-    thickness = float(results.setting("blade", "thickness_mm") or 5.0)
+    thickness = results.thickness_mm
     far = max(travel + depth, min(max(reach), float(x.max())))
     top = float(np.max(y[x <= far], initial=depth))
     return (-thickness - 0.1 * depth, far, -0.3 * depth, top + 0.35 * depth)
@@ -104,7 +125,7 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
             u_mm=u,
             depth_mm=results.depth_mm or extent[3],
             extent=extent,
-            thickness_mm=float(results.setting("blade", "thickness_mm") or 5.0),
+            thickness_mm=results.thickness_mm,
         )
         drawings.append(
             pen.draw(

@@ -1,7 +1,6 @@
 """What is wrong with single photographs: camera knocked, picture poor, doubled or out of order."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,12 +17,6 @@ BACK_PX = 1.0
 """A blade that goes back by more than this says that frames are out of order."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    frame: int
-    zncc: float
-
-
 class FrameNotes:
     """Gathers notes frame by frame, in order of time.
 
@@ -37,7 +30,7 @@ class FrameNotes:
     def __init__(self, mm_per_px: float, shape: tuple[int, int]) -> None:
         self._mm_per_px, self._reach_px = mm_per_px, math.hypot(*shape) / 2
         self._notes: dict[int, list[str]] = {}
-        self._still: list[_Seen] = []
+        self._still: dict[int, float] = {}  # correlation of still sand by frame, where it is known
         self._shift, self._drift_px, self._turn_px = np.zeros(2), DRIFT_PX, TURN_PX
         self._blade_mm = -np.inf
 
@@ -45,7 +38,8 @@ class FrameNotes:
         """Take in what one photograph shows."""
         notes = ["the same picture as the frame before"] if doubled else []
         notes += self._camera_moved(camera)
-        self._still.append(_Seen(frame, camera.zncc))
+        if np.isfinite(camera.zncc):
+            self._still[frame] = camera.zncc
         back = self._blade_mm - sight.blade_x_mm
         if back > BACK_PX * self._mm_per_px:
             notes.append(f"the blade stands {back:.2g} mm behind an earlier frame: are the times in order?")
@@ -78,10 +72,9 @@ class FrameNotes:
     def texts(self) -> dict[int, list[str]]:
         """Notes of each frame that has some; poor pictures are told from the whole series."""
         notes = {frame: list(texts) for frame, texts in self._notes.items()}
-        known = [seen for seen in self._still if np.isfinite(seen.zncc)]
-        usual = float(np.median([seen.zncc for seen in known])) if known else np.nan
-        for seen in known:
-            if seen.zncc < POOR * usual:
-                text = f"still sand correlates with frame 0 at {seen.zncc:.2f} where {usual:.2f} is usual: "
-                notes.setdefault(seen.frame, []).append(text + "out of focus, over-exposed or covered?")
+        usual = float(np.median(list(self._still.values()))) if self._still else np.nan
+        for frame, zncc in self._still.items():
+            if zncc < POOR * usual:
+                text = f"still sand correlates with frame 0 at {zncc:.2f} where {usual:.2f} is usual: "
+                notes.setdefault(frame, []).append(text + "out of focus, over-exposed or covered?")
         return dict(sorted(notes.items()))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from ploughval.scene import Blade
-from ploughval.tracers.light import Lighting
+from ploughval.tracers.light import Lighting, densest_half
 from ploughval.tracers.view import Cut, Floats, View
 
 _BLOCKS = 32  # rows are gathered in blocks: each reads the face for itself, their scatter gives the std
@@ -183,7 +183,7 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
     if good.sum() < 2:
         return nothing
     place, weight = place[good], np.abs(contrast[good] / np.maximum(scatter[good], noise + 1e-9))
-    centre, spread = _densest_half(place)
+    centre, spread = densest_half(place)
     kept = np.abs(place - centre) <= 3 * spread + 0.1
     place, weight = place[kept], weight[kept]
     mean = float(np.average(place, weights=weight))
@@ -203,15 +203,6 @@ def _balanced(share: Floats, place: Floats) -> tuple[Floats, Floats]:
     body = 1 - np.clip(np.take_along_axis(share, around, axis=1), 0.0, 1.0)
     edge = np.where(np.isfinite(place), middle - _BLUR_PX - 0.5 + body.sum(axis=1), np.nan)
     return edge, 1 - body[:, 0] + body[:, -1]
-
-
-def _densest_half(place: Floats) -> tuple[float, float]:
-    """Median and robust std of the shortest interval that holds half of the values (Rousseeuw 1984)."""
-    ordered = np.sort(place)
-    half = len(ordered) // 2 + 1
-    lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]
-    first = int(np.argmin(lengths))
-    return float(np.median(ordered[first : first + half])), float(lengths[first]) / 1.349
 
 
 def _nearest_half(share: Floats, place: float) -> Floats:

@@ -87,10 +87,10 @@ class LightMeter:
             return Lighting(self._shape, agrees=False)
         change = np.log(mean[usable] / self._rest[usable])
         terms, weight = self._terms[usable], np.sqrt(self._rest[usable])
-        fit = np.array([_densest(change)[0], 0.0, 0.0])
+        fit = np.array([densest_half(change)[0], 0.0, 0.0])
         for _ in range(_ROUNDS):
             off = np.abs(change - terms @ fit)
-            scatter = max(_densest(change - terms @ fit)[1], _SCATTER_FLOOR)
+            scatter = max(densest_half(change - terms @ fit)[1], _SCATTER_FLOOR)
             say = weight * np.maximum(1 - (off / (_TUKEY * scatter)) ** 2, 0.0) ** 2
             fit = np.linalg.lstsq(terms * np.sqrt(say)[:, None], change * np.sqrt(say), rcond=None)[0]
         if scatter > _MOST_SCATTER or np.mean(off < 3 * scatter) < _LEAST_SHARE:
@@ -108,8 +108,8 @@ class LightMeter:
         )
 
 
-def _densest(value: Floats) -> tuple[float, float]:
-    """Middle of the shortest interval that holds half of the values, and the std that its length tells."""
+def densest_half(value: Floats) -> tuple[float, float]:
+    """Median and robust std of the shortest interval that holds half of the values (Rousseeuw 1984)."""
     ordered = np.sort(value)
     half = len(ordered) // 2 + 1
     lengths = ordered[half - 1 :] - ordered[: len(ordered) - half + 1]

@@ -14,7 +14,6 @@ _SHORTEST = 6  # points of a piece
 _LONGEST = 300
 _PRICE = 100.0  # of a piece, in variances of a point
 _HALF = 24  # points on either side of the one that is read
-_CLEAR = 0  # points beside a kink, which the averaging along the line has rounded
 _MEETING = 12  # points from a cut to the crossing of the lines on its two sides
 _NOTCH = 40  # points of a piece that may be such a notch
 _NOTCH_PIECES = 3
@@ -58,7 +57,7 @@ def pieces(value: Floats, price: float, shortest: int, longest: int) -> NDArray[
 
 
 @njit(cache=True, nogil=True)
-def read_along(value: Floats, piece: NDArray[np.int64], half: int, clear: int, out: Floats) -> None:
+def read_along(value: Floats, piece: NDArray[np.int64], half: int, out: Floats) -> None:
     """Straight line through each point's neighbours in its own piece: written into out (N, 4).
 
     The line's value at the point; the scatter about it; the variance of the value where that of a point is 1;
@@ -70,12 +69,10 @@ def read_along(value: Floats, piece: NDArray[np.int64], half: int, clear: int, o
         last = first
         while last + 1 < count and piece[last + 1] == piece[first]:
             last += 1
-        inner_first = first + (clear if first > 0 and last - first > 4 * clear else 0)
-        inner_last = last - (clear if last < count - 1 and last - first > 4 * clear else 0)
         for i in range(first, last + 1):
-            low, high = max(i - half, inner_first), min(i + half, inner_last)
-            low = max(min(low, high - half), inner_first)
-            high = min(max(high, low + half), inner_last)
+            low, high = max(i - half, first), min(i + half, last)
+            low = max(min(low, high - half), first)
+            high = min(max(high, low + half), last)
             n = high - low + 1
             middle = (low + high) / 2
             mean = product = 0.0
@@ -106,7 +103,7 @@ def straightened(value: Floats) -> tuple[Floats, Floats, Floats]:
     usual = max(float(np.median(jumps)) * 1.4826 / np.sqrt(6.0), 0.02)
     piece = pieces(value, _PRICE * usual**2, _SHORTEST, _LONGEST)
     out = np.empty((len(value), 4))
-    read_along(value, piece, _HALF, _CLEAR, out)
+    read_along(value, piece, _HALF, out)
     line, scatter, leverage, slope = out.T
     _meet(line, slope, piece)
     std = np.maximum(scatter, np.median(scatter)) * np.sqrt(np.minimum(_ALIKE * leverage, 1.0))
