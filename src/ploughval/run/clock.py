@@ -14,9 +14,7 @@ Floats = NDArray[np.float64]
 MOVED = 0.02  # share of the whole travel beyond which the blade counts as moving
 STRAY = 5.0  # robust standard deviations beyond which a frame does not count
 LEAST_FRAMES = 4  # photographs from which offset and scale can be told
-MOST_SCALE = (
-    0.2  # travel in the photographs and in the log differ by this share at most, else they are not one
-)
+MOST_SCALE = 0.2  # share by which the travels in photographs and log differ at most, else they are not one
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +137,8 @@ def find_clock_offset(time_s: Floats, blade_x_mm: Floats, log_time_s: Floats, lo
         return np.interp(t - offset, log_time_s, log_u_mm)
 
     def misfit(offset: float, weight: Floats) -> float:
-        return float(np.sum(weight * (x - _scale(read(offset), x, weight) * read(offset)) ** 2))
+        u = read(offset)
+        return float(np.sum(weight * (x - _scale(u, x, weight) * u) ** 2))
 
     even, step = np.ones(len(t)), float(np.median(np.diff(t))) / 4
     coarse = np.arange(t[0] - log_time_s[-1], t[-1] - log_time_s[0] + step, step)
