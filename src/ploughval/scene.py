@@ -13,6 +13,9 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from ploughval.errors import ConfigError, Fault
+from ploughval.scene_base import Table
+from ploughval.scene_camera import Board, Camera, Interval
+from ploughval.scene_cells import CellCalibration, LoadCells, LogColumns
 from ploughval.scene_faults import (
     file_faults,
     find_files,
@@ -25,19 +28,12 @@ from ploughval.scene_faults import (
 from ploughval.scene_tables import (
     Bands,
     Blade,
-    Board,
     Box,
-    Camera,
-    CellCalibration,
     Compare,
-    Interval,
-    LoadCells,
-    LogColumns,
     ModelTable,
     Piv,
     Report,
     Soil,
-    Table,
     TestTable,
     Tracers,
 )

@@ -2,41 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field
 
-from ploughval.axes import Direction
 from ploughval.errors import Fault
+from ploughval.scene_base import Angle, Finite, Flag, NotNegative, Pixel, Positive, Table
 from ploughval.scene_faults import number
-
-# strict: neither text nor true is a number, and no number is text
-Positive = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
-NotNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False, strict=True)]
-Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False, strict=True)]
-Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False, strict=True)]
-Whole = Annotated[int, Field(strict=True)]
-Flag = Annotated[bool, Field(strict=True)]
-Count = Annotated[int, Field(ge=3, le=100, strict=True)]
-Pixel = tuple[Finite, Finite]
-
-
-class Table(BaseModel):
-    """Base of every table of test.toml: frozen, and unknown keys are refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
-
-    @classmethod
-    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """What in the table's values contradicts itself; values of wrong type are passed over."""
-        return []
-
-    @model_validator(mode="after")
-    def _no_conflicts(self) -> Self:
-        faults = self.conflicts(vars(self))
-        if faults:
-            raise ValueError("; ".join(map(str, faults)))
-        return self
 
 
 class TestTable(Table):
@@ -114,117 +86,6 @@ class Soil(Table):
             expected = f"less than {90 - peak:g}, which is 90 - peak_friction_deg"
             faults.append(Fault("wall_friction_deg", f"{wall:g}", expected))
         return faults
-
-
-class Interval(Table):
-    """Times of photographs taken at a constant interval."""
-
-    start_s: Finite = Field(description="time of the first photograph, s")
-    interval_s: Positive = Field(description="time between two photographs, s")
-
-
-class Board(Table):
-    """A calibration board photographed in the window plane."""
-
-    kind: Literal["charuco", "chessboard", "dots"] = Field(description="pattern of the board")
-    picture: str = Field(description="photograph of the board, relative to the test folder")
-    columns: Count = Field(description="squares (charuco), inner corners or dots in a row")
-    rows: Count = Field(description="squares (charuco), inner corners or dots in a column")
-    spacing_mm: Positive = Field(description="side of a square or distance of dots, mm")
-    marker_mm: Positive | None = Field(None, description="side of a ChArUco marker, mm")
-    dictionary: str = Field("DICT_4X4_50", description="OpenCV's name of the ChArUco dictionary")
-
-
-class Camera(Table):
-    """[camera]: the photographs, their times and their geometry."""
-
-    photos: str = Field(description="pattern of the photographs, relative to the test folder")
-    times: Literal["exif"] | str | Interval | None = Field(
-        None, description='CSV (file,time_s), "exif", {start_s, interval_s}, or absent: times unknown'
-    )
-    mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
-    mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
-    tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")
-    direction: Direction = Field(Direction.RIGHT, description="the way the blade travels in the photograph")
-    control_points: tuple[tuple[Finite, Finite, Finite, Finite], ...] | None = Field(
-        None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
-    )
-    board: Board | None = Field(None, description="board in the window plane, with tip_px and direction")
-    clock_offset_s: Finite | Literal["auto"] = Field(0.0, description="photograph clock minus log clock, s")
-    channel: Literal["grey", "red", "green", "blue"] = Field("grey", description="what is correlated")
-    view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
-        None, description="[x0, y0, x1, y1] part of the photograph that shows the test, px"
-    )
-
-    @classmethod
-    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """No calibration or two of them; a scale or board without tip; too few control points."""
-        ways = ("mm_per_px", "control_points", "board")
-        given = [k for k in ways if values.get(k) is not None]
-        faults = []
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
-            faults.append(
-                Fault("", got, f"exactly one of {', '.join(ways)}", "It calibrates the photographs.")
-            )
-        if values.get("tip_px") is None and given and "control_points" not in given:
-            faults.append(Fault("tip_px", "nothing", f"a value with {given[0]}", cls._text("tip_px")))
-        points = values.get("control_points")
-        if isinstance(points, list | tuple) and len(points) < 4:
-            faults.append(Fault("control_points", f"{len(points)} points", "at least 4"))
-        return faults
-
-    @classmethod
-    def _text(cls, key: str) -> str:
-        return f"Add {key}: {cls.model_fields[key].description}."
-
-
-class LogColumns(Table):
-    """[loadcells.columns]: what the columns of the log are called."""
-
-    time_s: str = "time_s"
-    displacement_mm: str = "displacement_mm"
-    moment_upper_Nm: str = "moment_upper_Nm"
-    moment_lower_Nm: str = "moment_lower_Nm"
-
-
-class CellCalibration(Table):
-    """[loadcells.calibration]: moment per unit of the log, with standard uncertainties."""
-
-    upper_Nm_per_unit: Finite = 1.0
-    lower_Nm_per_unit: Finite = 1.0
-    upper_Nm_per_unit_std: NotNegative = 0.0
-    lower_Nm_per_unit_std: NotNegative = 0.0
-
-
-class LoadCells(Table):
-    """[loadcells]: two bending-moment cells and their log."""
-
-    log: str = Field(description="CSV or TDMS file, relative to the test folder")
-    empty: tuple[str, ...] = Field(
-        (), description="patterns of empty-box runs; none: no friction compensation"
-    )
-    spacing_mm: Positive = Field(description="distance between the two cells, mm")
-    lower_to_tip_mm: Positive = Field(description="height of the lower cell above the tip, mm")
-    spacing_std_mm: NotNegative = 0.0
-    lower_to_tip_std_mm: NotNegative = 0.0
-    rest_s: tuple[Finite, Finite] | None = Field(None, description="window before motion, s")
-    compensation: Literal["per_cell", "force_only"] = Field(
-        "per_cell", description="friction taken off each cell, or off the force alone"
-    )
-    columns: LogColumns = LogColumns()
-    calibration: CellCalibration = CellCalibration()
-
-    @classmethod
-    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """A window of rest that ends before it starts."""
-        window = values.get("rest_s")
-        if not isinstance(window, list | tuple) or len(window) != 2:
-            return []
-        start, end = (number({"s": s}, "s") for s in window)
-        if start is None or end is None or start < end:
-            return []
-        return [Fault("rest_s", str(list(window)), "[start, end] with start before end")]
 
 
 class Tracers(Table):

@@ -1,0 +1,73 @@
+"""The table of the photographs in test.toml: files, times, geometry."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import Field
+
+from ploughval.axes import Direction
+from ploughval.errors import Fault
+from ploughval.scene_base import Count, Finite, NotNegative, Pixel, Positive, Table, Whole
+
+
+class Interval(Table):
+    """Times of photographs taken at a constant interval."""
+
+    start_s: Finite = Field(description="time of the first photograph, s")
+    interval_s: Positive = Field(description="time between two photographs, s")
+
+
+class Board(Table):
+    """A calibration board photographed in the window plane."""
+
+    kind: Literal["charuco", "chessboard", "dots"] = Field(description="pattern of the board")
+    picture: str = Field(description="photograph of the board, relative to the test folder")
+    columns: Count = Field(description="squares (charuco), inner corners or dots in a row")
+    rows: Count = Field(description="squares (charuco), inner corners or dots in a column")
+    spacing_mm: Positive = Field(description="side of a square or distance of dots, mm")
+    marker_mm: Positive | None = Field(None, description="side of a ChArUco marker, mm")
+    dictionary: str = Field("DICT_4X4_50", description="OpenCV's name of the ChArUco dictionary")
+
+
+class Camera(Table):
+    """[camera]: the photographs, their times and their geometry."""
+
+    photos: str = Field(description="pattern of the photographs, relative to the test folder")
+    times: Literal["exif"] | str | Interval | None = Field(
+        None, description='CSV (file,time_s), "exif", {start_s, interval_s}, or absent: times unknown'
+    )
+    mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
+    mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
+    tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")
+    direction: Direction = Field(Direction.RIGHT, description="the way the blade travels in the photograph")
+    control_points: tuple[tuple[Finite, Finite, Finite, Finite], ...] | None = Field(
+        None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
+    )
+    board: Board | None = Field(None, description="board in the window plane, with tip_px and direction")
+    clock_offset_s: Finite | Literal["auto"] = Field(0.0, description="photograph clock minus log clock, s")
+    channel: Literal["grey", "red", "green", "blue"] = Field("grey", description="what is correlated")
+    view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
+        None, description="[x0, y0, x1, y1] part of the photograph that shows the test, px"
+    )
+
+    @classmethod
+    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
+        """No calibration or two of them; a scale or board without tip; too few control points."""
+        ways = ("mm_per_px", "control_points", "board")
+        given = [k for k in ways if values.get(k) is not None]
+        faults = []
+        if len(given) != 1:
+            got = " and ".join(given) or "none"
+            faults.append(
+                Fault("", got, f"exactly one of {', '.join(ways)}", "It calibrates the photographs.")
+            )
+        if values.get("tip_px") is None and given and "control_points" not in given:
+            faults.append(Fault("tip_px", "nothing", f"a value with {given[0]}", cls._text("tip_px")))
+        points = values.get("control_points")
+        if isinstance(points, list | tuple) and len(points) < 4:
+            faults.append(Fault("control_points", f"{len(points)} points", "at least 4"))
+        return faults
+
+    @classmethod
+    def _text(cls, key: str) -> str:
+        return f"Add {key}: {cls.model_fields[key].description}."
