@@ -44,7 +44,8 @@ class CellResponse:
     def constant(cls, gain: Floats, std: Floats) -> "CellResponse":
         """Constants (2,) of the (upper, lower) cell, N m per unit, with their standard uncertainties (2,).
 
-        >>> CellResponse.constant(np.array([2.0, 3.0]), np.zeros(2)).moments(np.array([[1.0], [1.0]])).tolist()
+        >>> two = CellResponse.constant(np.array([2.0, 3.0]), np.zeros(2))
+        >>> two.moments(np.array([[1.0], [1.0]])).tolist()
         [[2.0], [3.0]]
         """
         cov = np.zeros((2, 2, 2, 2))
