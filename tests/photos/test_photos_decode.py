@@ -99,7 +99,7 @@ def test_tiff_orientation_does_not_turn_the_samples(tmp_path, orientation):
     Image.fromarray(COLOUR).save(packed, compression="tiff_lzw", tiffinfo={274: orientation})
     np.testing.assert_array_equal(decode(plain), GREY_16)
     assert np.abs(decode(packed) - luma(COLOUR)).max() <= 0.51
-    assert read_header(plain).orientation == read_header(packed).orientation == orientation
+    assert read_header(plain).tags.orientation == read_header(packed).tags.orientation == orientation
 
 
 @pytest.mark.parametrize("ending", ["jpg", "png"])
@@ -111,7 +111,7 @@ def test_exif_orientation_does_not_turn_the_samples(tmp_path, ending):
     Image.fromarray(image).save(path, exif=exif, quality=100)
     assert decode(path).shape == (20, 30)
     assert np.abs(decode(path).astype(int) - image).max() <= 1  # JPEG at quality 100
-    assert read_header(path).orientation == 6
+    assert read_header(path).tags.orientation == 6
     assert read_header(path).shape == (20, 30)
 
 
@@ -125,8 +125,8 @@ def test_exif_after_the_samples_of_a_png_is_found(tmp_path):
     data = path.read_bytes()
     added = struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
     path.write_bytes(data[:-12] + added + data[-12:])
-    assert read_header(path).orientation == 3
-    assert read_header(path).exif.date == "2024:05:01 10:00:00"
+    assert read_header(path).tags.orientation == 3
+    assert read_header(path).tags.time.date == "2024:05:01 10:00:00"
 
 
 def test_a_header_is_read_without_decoding(tmp_path, monkeypatch):
@@ -233,7 +233,7 @@ def test_what_is_no_picture_is_refused_by_name(tmp_path):
 def test_a_damaged_exif_block_does_not_lose_the_picture(tmp_path):
     path = tmp_path / "a.jpg"
     Image.fromarray(COLOUR).save(path, exif=b"Exif\0\0II*\0\xff\xff\xff\x7fgarbage")
-    assert read_header(path).orientation == 1
+    assert read_header(path).tags.orientation == 1
     assert decode(path).shape == (20, 30)
 
 
@@ -288,9 +288,58 @@ def test_raw_is_linear_16_bit_and_not_turned(tmp_path):
     write_dng(path, levels, 6)
     image = decode(path)
     assert read_header(path).shape == image.shape == (60, 80)
-    assert read_header(path).orientation == 6
+    assert read_header(path).tags.orientation == 6
     assert image.dtype == np.uint16
     assert image[30, 45] / image[5, 5] == pytest.approx(3.0, rel=1e-3)
     path.write_bytes(path.read_bytes()[:4000])
     with pytest.raises(DataError, match="cannot be decoded as RAW"):
         decode(path)
+
+
+def test_an_inverted_cmyk_jpeg_is_its_luma_within_two_levels(tmp_path):
+    smooth = cv2.GaussianBlur(COLOUR, (0, 0), 3.0)
+    ink = 255 - np.dstack([smooth, np.full((20, 30), 255, np.uint8)])
+    Image.frombytes("CMYK", (30, 20), ink.tobytes()).save(tmp_path / "a.jpg", quality=100)
+    assert np.abs(decode(tmp_path / "a.jpg") - luma(smooth)).max() <= 2  # JPEG at quality 100
+
+
+@pytest.mark.parametrize("options", [{"progressive": True}, {"format": "MPO", "save_all": True}])
+def test_progressive_jpeg_and_mpo_are_their_first_picture(tmp_path, options):
+    smooth = cv2.GaussianBlur(COLOUR, (0, 0), 3.0)
+    second = {"append_images": [Image.fromarray(smooth[::2, ::2])]} if "format" in options else {}
+    path = tmp_path / "a.jpg"
+    Image.fromarray(smooth).save(path, quality=100, subsampling=0, **options, **second)
+    assert read_header(path).pages == (0,)
+    assert np.abs(decode(path) - luma(smooth)).max() <= 2
+    other = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
+    assert np.abs(decode(path).astype(int) - other).max() <= 1
+
+
+@pytest.mark.parametrize("samples", [COLOUR, COLOUR_16, GREY_16], ids=["colour", "deep", "grey"])
+def test_jpeg_2000_keeps_its_bits(tmp_path, samples):
+    path = tmp_path / "a.jp2"
+    samples = np.concatenate([samples] * 5)  # its writer refuses pictures of few rows
+    samples = np.concatenate([samples] * 4, axis=1)
+    stored = samples[..., ::-1] if samples.ndim == 3 else samples
+    assert cv2.imwrite(str(path), stored, [cv2.IMWRITE_JPEG2000_COMPRESSION_X1000, 1000])
+    image, header = decode(path), read_header(path)
+    expected = luma(samples) if samples.ndim == 3 else samples
+    assert image.dtype == samples.dtype
+    assert header.bits == 8 * samples.itemsize
+    assert np.abs(image - expected).max() <= (0.51 if samples.dtype == np.uint8 else 3)
+
+
+def test_lossless_webp_and_black_and_white_png_keep_their_samples(tmp_path):
+    Image.fromarray(COLOUR).save(tmp_path / "a.webp", lossless=True)
+    assert np.abs(decode(tmp_path / "a.webp") - luma(COLOUR)).max() <= 0.51
+    Image.fromarray(COLOUR[..., 0] > 128).save(tmp_path / "b.png")
+    np.testing.assert_array_equal(decode(tmp_path / "b.png"), (COLOUR[..., 0] > 128) * 255)
+
+
+def test_a_jpeg_of_12_bits_is_refused_by_name(tmp_path):
+    Image.fromarray(COLOUR).save(tmp_path / "a.jpg")
+    data = bytearray((tmp_path / "a.jpg").read_bytes())
+    data[data.index(b"\xff\xc0") + 4] = 12  # precision in the frame header
+    (tmp_path / "a.jpg").write_bytes(data)
+    with pytest.raises(DataError, match="expected 8 bits a sample"):
+        decode(tmp_path / "a.jpg")

@@ -7,7 +7,8 @@ import pytest
 from PIL import Image
 
 from ploughval.errors import DataError
-from ploughval.photos.decode import ExifTime, read_header
+from ploughval.photos.decode import read_header
+from ploughval.photos.exif import ExifTime
 from ploughval.photos.times import exif_times, interval_times, refuse_doubled, table_times
 
 PATHS = [Path(f"photos/{k}.jpg") for k in range(6)]
@@ -30,7 +31,7 @@ def test_date_subsecond_and_zone_come_from_the_exif_ifd_of_a_file(tmp_path):
     write_jpeg(tmp_path / "b.jpg", "2024:05:01 10:00:01", "5 ", "+02:00")
     write_jpeg(tmp_path / "c.jpg", "2024:05:01 09:00:03", "075", "+01:00")
     headers = [read_header(tmp_path / f"{n}.jpg") for n in "abc"]
-    result = exif_times([h.exif for h in headers], PATHS[:3])
+    result = exif_times([h.tags.time for h in headers], PATHS[:3])
     # rounding of seconds since 1970 in a double: 2.4e-7 s
     np.testing.assert_allclose(result.time_s, [0, 1.25, 2.825], atol=1e-6)
     assert result.faults == {}
@@ -44,7 +45,7 @@ def test_a_zone_on_some_photographs_only_is_not_used():
 def test_date_digitised_alone_is_no_time(tmp_path):
     write_jpeg(tmp_path / "a.jpg")
     with pytest.raises(DataError, match="none of 1 photographs holds DateTimeOriginal"):
-        exif_times([read_header(tmp_path / "a.jpg").exif], PATHS[:1])
+        exif_times([read_header(tmp_path / "a.jpg").tags.time], PATHS[:1])
 
 
 def test_a_clock_that_stands_still_is_refused():

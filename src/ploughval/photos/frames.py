@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.photos import times
-from ploughval.photos.decode import ENDINGS, Header, decode, read_header
+from ploughval.photos.decode import ENDINGS, decode, read_header
 from ploughval.photos.grey import Channel, Samples
+from ploughval.photos.header import Header
 from ploughval.scene import Camera, Interval, Scene
 
 log = logging.getLogger(__name__)
@@ -183,7 +184,7 @@ def _one_shape(found: Sequence[_Found]) -> tuple[int, int]:
             first = frame.header
         for what, got, expected in (
             ("size", _size(frame.header.shape), _size(first.shape)),
-            ("EXIF orientation", frame.header.orientation, first.orientation),
+            ("EXIF orientation", frame.header.tags.orientation, first.tags.orientation),
             ("bits a sample", frame.header.bits, first.bits),
         ):
             if got != expected:
@@ -215,7 +216,7 @@ def _times(scene: Scene, camera: Camera, found: Sequence[_Found]) -> times.Frame
     if isinstance(camera.times, Interval):
         return times.interval_times(len(found), camera.times.start_s, camera.times.interval_s)
     if camera.times == "exif":
-        stamped = times.exif_times([f.header.exif if f.header else None for f in found], paths)
+        stamped = times.exif_times([f.header.tags.time if f.header else None for f in found], paths)
         source = scene.folder
     else:
         source = scene.path(camera.times)

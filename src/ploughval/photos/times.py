@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
-from ploughval.photos.decode import ExifTime
+from ploughval.photos.exif import ExifTime
 
 _LONGEST_TEST_S = 86_400.0
 _SHOWN = 5

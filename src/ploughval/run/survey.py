@@ -13,8 +13,9 @@ import numpy as np
 from ploughval.errors import PloughvalError
 from ploughval.loadcells.log import read_log
 from ploughval.loadcells.motion import find_motion
-from ploughval.photos.decode import ENDINGS, Header, read_header
+from ploughval.photos.decode import ENDINGS, read_header
 from ploughval.photos.frames import natural_key
+from ploughval.photos.header import Header
 from ploughval.photos.times import exif_times
 from ploughval.scene import LogColumns
 
@@ -116,7 +117,7 @@ def _photos(files: list[Path], folder: Path) -> Photos | None:
             log.warning("%s", error)
             headers.append(None)
     try:
-        stamped = exif_times([h.exif if h else None for h in headers], paths).time_s
+        stamped = exif_times([h.tags.time if h else None for h in headers], paths).time_s
         span = float(np.nanmax(stamped)) if len(np.unique(stamped)) == len(paths) else None
     except PloughvalError:
         span = None
