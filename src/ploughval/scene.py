@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError
 
 from ploughval.errors import ConfigError, Fault
 from ploughval.scene_base import Table
-from ploughval.scene_camera import Board, Camera, Interval
+from ploughval.scene_camera import Board, Camera, Interval, Window
 from ploughval.scene_cells import CellCalibration, LoadCells, LogColumns
 from ploughval.scene_faults import (
     file_faults,
@@ -58,6 +58,7 @@ __all__ = [
     "Table",
     "TestTable",
     "Tracers",
+    "Window",
     "load_scene",
 ]
 

@@ -29,6 +29,22 @@ class Board(Table):
     dictionary: str = Field("DICT_4X4_50", description="OpenCV's name of the ChArUco dictionary")
 
 
+class Window(Table):
+    """[camera.window]: the pane between camera and sand, for the refraction in it."""
+
+    thickness_mm: Positive = Field(description="thickness of the window, mm")
+    index: float = Field(
+        1.49, ge=1.0, le=3.0, allow_inf_nan=False, strict=True, description="refractive index; acrylic: 1.49"
+    )
+    distance_mm: Positive = Field(description="camera's lens to the outer face of the window, mm")
+    points_on: Literal["outside", "inside"] = Field(
+        description="face of the window on which scale, control points or board lie"
+    )
+    foot_px: Pixel | None = Field(
+        None, description="where the lens sees itself mirrored in the window, px; absent: from the tilt"
+    )
+
+
 class Camera(Table):
     """[camera]: the photographs, their times and their geometry."""
 
@@ -44,6 +60,17 @@ class Camera(Table):
         None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
     )
     board: Board | None = Field(None, description="board in the window plane, with tip_px and direction")
+    calibration: str | None = Field(
+        None, description="calibration.json of a test of the same set-up; tip_px then moves its origin"
+    )
+    points_std_px: Positive | None = Field(
+        None,
+        description="standard uncertainty of a point in the photograph, px; absent: from the residuals",
+    )
+    points_std_mm: NotNegative = Field(
+        0.0, description="standard uncertainty of a control point's place on the window, mm"
+    )
+    window: Window | None = Field(None, description="the pane between camera and sand, for its refraction")
     clock_offset_s: Finite | Literal["auto"] = Field(0.0, description="photograph clock minus log clock, s")
     channel: Literal["grey", "red", "green", "blue"] = Field("grey", description="what is correlated")
     view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
@@ -53,7 +80,7 @@ class Camera(Table):
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
         """No calibration or two of them; a scale or board without tip; too few control points."""
-        ways = ("mm_per_px", "control_points", "board")
+        ways = ("mm_per_px", "control_points", "board", "calibration")
         given = [k for k in ways if values.get(k) is not None]
         faults = []
         if len(given) != 1:
@@ -61,7 +88,7 @@ class Camera(Table):
             faults.append(
                 Fault("", got, f"exactly one of {', '.join(ways)}", "It calibrates the photographs.")
             )
-        if values.get("tip_px") is None and given and "control_points" not in given:
+        if values.get("tip_px") is None and given and not {"control_points", "calibration"} & set(given):
             faults.append(Fault("tip_px", "nothing", f"a value with {given[0]}", cls._text("tip_px")))
         points = values.get("control_points")
         if isinstance(points, list | tuple) and len(points) < 4:

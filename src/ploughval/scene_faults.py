@@ -230,6 +230,7 @@ def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
         yield from _text("camera.photos", camera.get("photos"), is_pattern=True)
         if camera.get("times") != "exif":
             yield from _text("camera.times", camera.get("times"))
+        yield from _text("camera.calibration", camera.get("calibration"))
         if isinstance(board, dict):
             yield from _text("camera.board.picture", board.get("picture"))
     if isinstance(cells, dict):

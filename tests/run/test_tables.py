@@ -1,5 +1,7 @@
 """Measured arrays become tables in world coordinates, NaN where a point is not OK."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from ploughval.axes import Status
@@ -36,9 +38,8 @@ def record():
 
 
 def dataset():
-    return tracks_dataset(
-        record(), calibrate(SCENE, None), SCENE, np.array([np.nan, np.nan]), np.array([0.0, 1.0])
-    )
+    calibration = calibrate(SCENE, SimpleNamespace(shape=(120, 160)))
+    return tracks_dataset(record(), calibration, SCENE, np.array([np.nan, np.nan]), np.array([0.0, 1.0]))
 
 
 def test_positions_are_world_millimetres_mirrored_for_a_blade_that_travels_left():

@@ -1,7 +1,7 @@
-"""From px to mm and back: scale and tip, control points, or a board; the only place that does it."""
+"""From px to mm and back: scale and tip, control points, a board, or an earlier calibration; only here."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -9,16 +9,21 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, ConfigError, Fault
+from ploughval.photos.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.board import find_board
+from ploughval.photos.board_fit import fit_board
+from ploughval.photos.camera_fit import CameraFit, PointSet, TermTest, fit_camera
+from ploughval.photos.camera_model import CameraModel, spread_of
 from ploughval.photos.frames import FrameSeries
-from ploughval.photos.homography import Array, Projection, fit_projection, inverse, log_scale_std, project
+from ploughval.photos.lens import Lens
 from ploughval.scene import Camera, Scene
 
 log = logging.getLogger(__name__)
 
+Array = NDArray[np.float64]
+
 POINT_COLUMNS = ("px_x", "px_y", "x_mm", "y_mm", "residual_x_px", "residual_y_px")
-_ASSUMED_CLICK_PX = 0.5
-_BLUNDER_PX = 3.0
+_POOR_PX = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,8 +32,8 @@ class Calibration:
 
     Attributes
     ----------
-    px_from_mm, mm_from_px : (3, 3) float
-        Homographies, each other's inverse.
+    model : CameraModel
+        Refraction, projection and lens.
     mm_per_px : float
         Scale at the tip, mm per px (geometric mean of the two directions).
     scale_std : float
@@ -41,24 +46,48 @@ class Calibration:
         How it was found, for the report.
     direction : Direction
         The way the blade travels in the photograph.
+    spread : (13, K) float
+        Changes of ``model.parameters`` by one standard deviation of K independent sources.
+    std_px : float, px
+        Standard uncertainty of a point's coordinate that ``spread`` stands for; NaN without points.
+    shape : (H, W), px
+        Size of the photographs.
+    tests : tuple of TermTest
+        Which terms of the lens were tried, and whether they pay.
     """
 
-    px_from_mm: NDArray[np.float64]
-    mm_from_px: NDArray[np.float64]
+    model: CameraModel
     mm_per_px: float
     scale_std: float
     residual_px: float
     points: pd.DataFrame
     method: str
     direction: Direction
+    spread: Array
+    std_px: float
+    shape: tuple[int, int]
+    tests: tuple[TermTest, ...] = ()
 
-    def to_mm(self, px: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_mm(self, px: Array) -> Array:
         """World coordinates (..., 2), mm, of image points (..., 2), px."""
-        return project(self.mm_from_px, px)
+        return self.model.to_mm(px)
 
-    def to_px(self, mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_px(self, mm: Array) -> Array:
         """Image coordinates (..., 2), px, of world points (..., 2), mm."""
-        return project(self.px_from_mm, mm)
+        return self.model.to_px(mm)
+
+    def mm_per_px_at(self, px: Array) -> Array:
+        """Local scale (...), mm per px, at image points (..., 2), px: geometric mean of the directions."""
+        return self.model.mm_per_px_at(px)
+
+    def std_mm(self, px: Array) -> Array:
+        """Standard uncertainty (..., 2), mm, that the calibration gives to x and y at image points, px.
+
+        What reading a place in the photograph adds is not in it.
+        """
+        px = np.asarray(px, float)
+        changes = spread_of(lambda model: model.to_mm(px), self.model, self.spread)
+        return np.asarray(np.sqrt(np.sum(changes**2, axis=0)))
 
 
 def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
@@ -79,20 +108,24 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     ------
     CalibrationError
         Points that fix nothing or contradict each other, a board that is not found, a turned photograph.
+    DataError
+        A picture of a board, or a calibration file, that cannot be read.
     ConfigError
         No [camera].
     """
     camera = scene.camera
     if camera is None:
         raise ConfigError(scene.source, [Fault("camera", "no such table", "a [camera] table", "Add it.")])
-    if frames is not None and camera.tip_px is not None:
+    if camera.tip_px is not None:
         _check_tip(scene, camera.tip_px, frames.shape)
     if camera.control_points is not None:
-        calibration = _by_points(camera)
+        calibration = _by_points(camera, frames.shape)
     elif camera.board is not None:
         calibration = _by_board(scene, camera, frames.shape)
+    elif camera.calibration is not None:
+        calibration = _by_file(scene, camera, frames.shape)
     else:
-        return _by_scale(camera)
+        return _by_scale(camera, frames.shape)
     _check_view(calibration, camera, frames.shape)
     return calibration
 
@@ -106,24 +139,44 @@ def _check_tip(scene: Scene, tip_px: tuple[float, float], shape: tuple[int, int]
         raise ConfigError(scene.source, [fault])
 
 
-def _by_scale(camera: Camera) -> Calibration:
+def _by_scale(camera: Camera, shape: tuple[int, int]) -> Calibration:
     if camera.mm_per_px is None or camera.tip_px is None:
         raise CalibrationError("mm_per_px and tip_px are both needed")
     scale, (tip_x, tip_y) = camera.mm_per_px, camera.tip_px
-    sx = scale * camera.direction.sign
-    mm_from_px = np.array([[sx, 0, -sx * tip_x], [0, -scale, scale * tip_y], [0, 0, 1]])
-    px_from_mm = np.array([[1 / sx, 0, tip_x], [0, -1 / scale, tip_y], [0, 0, 1]])
-    points = pd.DataFrame(np.empty((0, 6)), columns=list(POINT_COLUMNS))
-    std = camera.mm_per_px_std / scale
-    return Calibration(px_from_mm, mm_from_px, scale, std, 0.0, points, "scale and tip", camera.direction)
+    inside = camera.window is not None and camera.window.points_on == "inside"
+    face_scale = scale
+    for _ in range(8 if inside else 1):  # until the sand, not the outer face, has the scale given
+        sx = face_scale * camera.direction.sign
+        matrix = np.array([[1 / sx, 0, tip_x], [0, -1 / face_scale, tip_y], [0, 0, 1]])
+        model = CameraModel.of(matrix, Lens.of_picture(shape), camera.window)
+        local = float(model.mm_per_px_at(np.array(camera.tip_px))) if camera.window else scale
+        face_scale *= scale / local
+    # the world begins at the tip as seen through the window
+    model = model.moved(model.to_mm(np.array(camera.tip_px))) if camera.window else model
+    relative = camera.mm_per_px_std / scale
+    spread = np.zeros((13, 1))
+    spread[[0, 1, 3, 4], 0] = relative * model.px_from_face[:2, :2].ravel()
+    return Calibration(
+        model=model,
+        mm_per_px=local,
+        scale_std=relative,
+        residual_px=0.0,
+        points=pd.DataFrame(np.empty((0, 6)), columns=list(POINT_COLUMNS)),
+        method="scale and tip" + _behind(camera),
+        direction=camera.direction,
+        spread=spread,
+        std_px=float("nan"),
+        shape=shape,
+    )
 
 
-def _by_points(camera: Camera) -> Calibration:
+def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:
     given = np.array(camera.control_points, float)
-    px, mm = given[:, :2], given[:, 2:]
-    fit = fit_projection(px, mm)
-    _refuse_blunder(px, mm, fit)
-    calibration = _from_fit(fit, px, mm, f"homography through {len(px)} control points")
+    points = _point_set(given[:, :2], given[:, 2:], camera, shape)
+    refuse_crossed(points)
+    fit = fit_camera(points, camera.window)
+    refuse_blunder(points, fit, camera.window)
+    calibration = _from_fit(fit, points, f"{len(points.px)} control points", camera)
     if "direction" in camera.model_fields_set and camera.direction != calibration.direction:
         raise CalibrationError(
             f"the control points say that the blade travels to the {calibration.direction}, but direction is "
@@ -132,30 +185,83 @@ def _by_points(camera: Camera) -> Calibration:
     return calibration
 
 
+def _point_set(px: Array, mm: Array, camera: Camera, shape: tuple[int, int]) -> PointSet:
+    """Points with the standard uncertainty that the settings give to them."""
+    if camera.points_std_px is None:
+        return PointSet(px, mm, shape)
+    spans = (np.ptp(px, axis=0), np.ptp(mm, axis=0))
+    px_per_mm = float(np.hypot(*spans[0]) / max(np.hypot(*spans[1]), 1e-300))
+    std = np.hypot(camera.points_std_px, camera.points_std_mm * px_per_mm)
+    return PointSet(px, mm, shape, np.full(len(px), std))
+
+
 def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
     """The board gives shape and scale; the tip the origin, the picture's rows the line of travel."""
     if camera.board is None or camera.tip_px is None:
         raise CalibrationError("board and tip_px are both needed")
-    px, mm = find_board(scene.path(camera.board.picture), camera.board, shape)
-    world = _place_board(fit_projection(px, mm), mm, np.array(camera.tip_px), camera.direction)
-    kind = f"homography through {len(px)} points of a {camera.board.kind} board, origin at tip_px"
-    return _from_fit(fit_projection(px, world), px, world, kind)
+    found = find_board(scene.path(camera.board.picture), camera.board, shape)
+    first, points = fit_board(found, camera.board, _point_set(*found, camera, shape), camera.window)
+    tip_px = np.array(camera.tip_px)
+    points = points.with_mm(_place_board(first.model, points.mm, tip_px, camera.direction))
+    lost = len(found[0]) - len(points.px)
+    stray = f", {lost} more left out that do not lie on it" if lost else ""
+    kind = f"{len(points.px)} points of a {camera.board.kind} board{stray}, origin at tip_px"
+    return _from_fit(fit_camera(points, camera.window), points, kind, camera)
 
 
-def _place_board(fit: Projection, mm: Array, tip_px: Array, direction: Direction) -> Array:
+def _place_board(model: CameraModel, mm: Array, tip_px: Array, direction: Direction) -> Array:
     """Board points (N, 2) in world mm: moved to the tip, turned so that travel is along the rows."""
-    mm_from_px = inverse(fit.px_from_mm)
-    tip, ahead, above = project(mm_from_px, tip_px + np.array([[0, 0], [direction.sign, 0], [0, -1.0]]))
+    tip, ahead, above = model.to_mm(tip_px + np.array([[0, 0], [direction.sign, 0], [0, -1.0]]))
     along = (ahead - tip) / np.hypot(*(ahead - tip))
     up = np.array([-along[1], along[0]])
     up = up if up @ (above - tip) > 0 else -up
     return np.asarray((mm - tip) @ np.column_stack([along, up]))
 
 
-def _from_fit(fit: Projection, px: Array, mm: Array, method: str) -> Calibration:
-    origin = np.zeros(2)
-    local = _local_axes(fit.px_from_mm, origin)
-    scale = 1 / np.sqrt(abs(np.linalg.det(local)))
+def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
+    """The calibration of another test of the same set-up, its origin moved to this test's tip."""
+    from ploughval.photos.calibration_file import read_calibration
+
+    assert camera.calibration is not None
+    path = scene.path(camera.calibration)
+    found = read_calibration(path, shape)
+    if "direction" in camera.model_fields_set and camera.direction != found.direction:
+        raise CalibrationError(
+            f"{path}: its blade travels to the {found.direction}, but camera.direction is "
+            f"{camera.direction}; expected a test of the same set-up. Calibrate this one by itself"
+        )
+    if camera.window is not None:
+        raise CalibrationError(
+            "camera.window: got a table; expected none beside camera.calibration, which holds its window. "
+            "Take it out"
+        )
+    method = f"{found.method}; taken from {camera.calibration}"
+    if camera.tip_px is None:
+        return replace(found, method=method)
+    origin = found.to_mm(np.array(camera.tip_px))
+    model = found.model.moved(origin)
+    spread = np.stack(
+        [
+            (_moved(found, column, origin) - _moved(found, -column, origin)) / 2 / _SMALL
+            for column in _SMALL * found.spread.T
+        ],
+        axis=-1,
+    )
+    points = found.points.assign(x_mm=found.points["x_mm"] - origin[0], y_mm=found.points["y_mm"] - origin[1])
+    moved = replace(found, model=model, spread=spread, points=points, method=f"{method}, origin at tip_px")
+    scale, std = _scale(model, spread)
+    return replace(moved, mm_per_px=scale, scale_std=std)
+
+
+_SMALL = 1e-3  # of a standard deviation, for derivatives by differences
+
+
+def _moved(found: Calibration, change: Array, origin_mm: Array) -> Array:
+    return found.model.with_parameters(found.model.parameters + change).moved(origin_mm).parameters
+
+
+def _from_fit(fit: CameraFit, points: PointSet, through: str, camera: Camera) -> Calibration:
+    local = _local_axes(fit.model)
     up = np.degrees(np.arctan2(local[0, 1], -local[1, 1]))
     if abs(up) > 45:
         raise CalibrationError(
@@ -163,64 +269,65 @@ def _from_fit(fit: Projection, px: Array, mm: Array, method: str) -> Calibration
             "Check the signs and the order of x_mm and y_mm (y is up, image y is down); "
             "turned photographs must be turned back."
         )
-    if fit.freedom >= 4:
-        std_px, source = float(np.sqrt(fit.sum_of_squares / fit.freedom)), "from the residuals"
-    else:
-        std_px, source = _ASSUMED_CLICK_PX, "assumed, for too few points are redundant"
+    scale, scale_std = _scale(fit.model, fit.spread)
+    table = np.hstack([points.px, points.mm, fit.residual_px])
+    precision = f"{fit.std_px:.2g} px a coordinate, {fit.std_source}"
     return Calibration(
-        px_from_mm=fit.px_from_mm,
-        mm_from_px=inverse(fit.px_from_mm),
-        mm_per_px=float(scale),
-        scale_std=log_scale_std(fit, origin, std_px),
-        residual_px=float(np.sqrt(fit.sum_of_squares / len(px))),
-        points=pd.DataFrame(np.hstack([px, mm, fit.residual_px]), columns=list(POINT_COLUMNS)),
-        method=f"{method}; {std_px:.2g} px a coordinate, {source}",
+        model=fit.model,
+        mm_per_px=scale,
+        scale_std=scale_std,
+        residual_px=float(np.sqrt(np.mean(np.sum(fit.residual_px**2, axis=1)))),
+        points=pd.DataFrame(table, columns=list(POINT_COLUMNS)),
+        method=f"{_words(fit)} through {through}{_behind(camera)}; {precision}",
         direction=Direction.RIGHT if local[0, 0] > 0 else Direction.LEFT,
+        spread=fit.spread,
+        std_px=fit.std_px,
+        shape=points.shape,
+        tests=fit.tests,
     )
 
 
-def _local_axes(matrix: Array, mm: Array) -> Array:
-    """Derivative (2, 2) of px by mm at a point: rows x, y in px; columns x, y in mm."""
-    w = matrix[2] @ np.append(mm, 1.0)
-    return np.asarray((matrix[:2, :2] - np.outer(project(matrix, mm), matrix[2, :2])) / w)
+def _words(fit: CameraFit) -> str:
+    """What was fitted, and which terms of the lens did not pay."""
+    taken = " and ".join(f"{', '.join(t.terms)} (p = {t.p_value:.1g})" for t in fit.tests if t.taken)
+    left = "".join(f", {', '.join(t.terms)} left out (p = {t.p_value:.2g})" for t in fit.tests if not t.taken)
+    if not fit.tests:
+        left = ", lens not looked for with so few points"
+    return f"homography{' with lens terms ' + taken if taken else ''}{left}"
 
 
-def _refuse_blunder(px: Array, mm: Array, fit: Projection) -> None:
-    """Refuse a single point that contradicts all others: F test of the fit without it, each point in turn."""
-    if len(px) < 6:
-        return
-    from scipy.stats import f as fisher
+def _behind(camera: Camera) -> str:
+    w = camera.window
+    if w is None:
+        return ""
+    pane = f"{w.thickness_mm:g} mm (index {w.index:g}, {w.distance_mm:g} mm away)"
+    return f" on the {w.points_on} of a window of {pane}"
 
-    found: list[tuple[float, int, Array]] = []
-    for k in range(len(px)):
-        try:
-            rest = fit_projection(np.delete(px, k, axis=0), np.delete(mm, k, axis=0))
-        except CalibrationError:  # the others fix nothing without this point
-            continue
-        off = project(rest.px_from_mm, mm[k]) - px[k]
-        gain = (fit.sum_of_squares - rest.sum_of_squares) / 2
-        ratio = gain / max(rest.sum_of_squares / rest.freedom, 1e-12)
-        chance = len(px) * float(fisher.sf(ratio, 2, rest.freedom))
-        if chance < 0.01 and np.hypot(*off) > _BLUNDER_PX:
-            found.append((rest.sum_of_squares, k, project(inverse(rest.px_from_mm), px[k])))
-    if found:
-        _, k, place = min(found, key=lambda item: item[0])
-        raise CalibrationError(
-            f"control_points.{k}: got {[*px[k].tolist(), *mm[k].tolist()]}; expected about "
-            f"x_mm = {place[0]:.1f}, y_mm = {place[1]:.1f} at that px from the other {len(px) - 1} points. "
-            "Correct the point or take it out."
-        )
+
+def _scale(model: CameraModel, spread: Array) -> tuple[float, float]:
+    """Scale at the world's origin, mm per px, and its relative standard uncertainty."""
+    tip_px = model.to_px(np.zeros(2))
+    changes = spread_of(lambda other: np.log(other.mm_per_px_at(other.to_px(np.zeros(2)))), model, spread)
+    return float(model.mm_per_px_at(tip_px)), float(np.sqrt(np.sum(changes**2)))
+
+
+def _local_axes(model: CameraModel) -> Array:
+    """Derivative (2, 2) of px by mm at the world's origin: rows x, y in px; columns x, y in mm."""
+    step = 0.5 * float(model.mm_per_px_at(model.to_px(np.zeros(2))))
+    ends = model.to_px(step * np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1]]))
+    return np.asarray(np.stack([ends[0] - ends[1], ends[2] - ends[3]], axis=-1) / (2 * step))
 
 
 def _check_view(calibration: Calibration, camera: Camera, shape: tuple[int, int]) -> None:
     """The part of the photograph that shows the test must lie on one side of the horizon."""
     x0, y0, x1, y1 = camera.view_px or (0, 0, shape[1], shape[0])
-    corners = np.array([[x, y, 1.0] for x in (x0, x1 - 1) for y in (y0, y1 - 1)])
-    depth = corners @ calibration.mm_from_px[2]
+    corners = np.array([[x, y] for x in (x0, x1 - 1) for y in (y0, y1 - 1)], float)
+    straight = calibration.model.lens.undistort(corners)
+    depth = np.column_stack([straight, np.ones(4)]) @ np.linalg.inv(calibration.model.px_from_face)[2]
     if not (np.all(depth > 0) or np.all(depth < 0)):
         raise CalibrationError(
             "the window's horizon lies within the photograph: the control points cannot be right. "
             "Check their values, or spread them over the window."
         )
-    if calibration.residual_px > 2.0:
+    if calibration.residual_px > _POOR_PX:
         log.warning("control points fit to %.1f px only: check them, and the lens", calibration.residual_px)

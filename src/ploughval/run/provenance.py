@@ -66,7 +66,9 @@ def _window_patterns(scene: Scene) -> list[str]:
     if camera is None:
         return []
     times = [camera.times] if isinstance(camera.times, str) and camera.times != "exif" else []
-    return [camera.photos, *times, *([] if camera.board is None else [camera.board.picture])]
+    boards = [] if camera.board is None else [camera.board.picture]
+    earlier = [] if camera.calibration is None else [camera.calibration]
+    return [camera.photos, *times, *boards, *earlier]
 
 
 def _files(scene: Scene, patterns: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ from ploughval import axes
 from ploughval.compare import metrics_mapping
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.model import History
+from ploughval.photos.calibration_file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.store import write_aside, write_csv, write_json
@@ -34,6 +35,7 @@ FILES = (
     "model/surface.csv",
     "metrics.json",
     "blade.csv",
+    "calibration.json",
     "increments.csv",
     "budget.csv",
     "mobilised.csv",
@@ -135,6 +137,8 @@ def _write_measured(writer: _Writer, found: Findings) -> None:
     if found.bands is not None:
         writer.csv("bands.csv", found.bands.bands, axes.BAND_COLUMNS)
         writer.csv("increments.csv", found.bands.increments, axes.INCREMENT_COLUMNS)
+    if found.calibration is not None:
+        writer.json("calibration.json", calibration_record(found.calibration))
     if found.window is not None and found.frames is not None:
         table = blade_table(found.window, found.frames.time_s, found.frame_displacement_mm())
         writer.csv("blade.csv", table, axes.BLADE_COLUMNS)

@@ -43,7 +43,8 @@ def tracks_dataset(
     initial = calibration.to_mm(record.points_px)
     valid = np.isin(record.status, (Status.OK, Status.REPLACED))
     position = np.where(valid[..., None], calibration.to_mm(record.position_px), np.nan)
-    std = np.where(valid, record.point_std_px * calibration.mm_per_px, np.nan)
+    local_mm_per_px = calibration.mm_per_px_at(record.position_px)
+    std = np.where(valid, record.point_std_px * local_mm_per_px, np.nan)
     data = {
         "x0_mm": ("point", initial[:, 0]),
         "y0_mm": ("point", initial[:, 1]),

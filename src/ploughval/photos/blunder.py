@@ -1,0 +1,236 @@
+"""A control point that contradicts the others: found, named, and its likely cause told (Baarda, 1968)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.errors import CalibrationError
+from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera, fit_terms
+from ploughval.scene import Window
+
+Array = NDArray[np.float64]
+
+_CHANCE = 0.01  # to blame a point although none is wrong
+_LEAST_PX, _MOST_PX = 0.5, 3.0  # a point nearer to where it should be is not called mistyped
+_STDS = 10.0
+_FIT_PX = 1.5  # rms within which points agree once a mistake is put right
+_ORDINARY_LENS = 0.05  # displacement at the corners, of half the diagonal
+_MOST_SWAPS = 30
+
+
+def refuse_blunder(points: PointSet, fit: CameraFit, window: Window | None = None) -> None:
+    """Refuse control points of which one, or a pair, contradicts the others.
+
+    Parameters
+    ----------
+    points : PointSet
+        The control points.
+    fit : CameraFit
+        Of all of them.
+    window : Window or None
+        The pane that the fit allows for.
+
+    Raises
+    ------
+    CalibrationError
+        Naming the point, what was expected there and what probably happened.
+    """
+    if len(points.px) < 5:
+        return
+    if len(points.px) == 5:
+        _refuse_among_five(points, fit, window)
+        return
+    _refuse_single(points, fit, window)
+    _refuse_swap(points, fit, window)
+
+
+def _refuse_single(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+    """F test of the fit without each point in turn, the lens chosen anew without it."""
+    from scipy.stats import f as fisher
+
+    found: list[tuple[float, int, Array]] = []
+    for k in _worst(points, fit, window):
+        try:
+            rest = fit_camera(points.without(k), window)
+            whole = min(fit.chi2, fit_terms(points, rest.terms, window).chi2)
+        except CalibrationError:  # the others fix nothing without this point
+            continue
+        off = float(np.hypot(*(rest.model.to_px(points.mm[k]) - points.px[k])))
+        ratio = (whole - rest.chi2) / 2 / max(rest.chi2 / rest.freedom, 1e-12)
+        limit = float(np.clip(_STDS * rest.std_px, _LEAST_PX, _MOST_PX))
+        if len(points.px) * fisher.sf(ratio, 2, rest.freedom) < _CHANCE and off > limit:
+            found.append((rest.chi2 / rest.freedom, k, rest.model.to_mm(points.px[k])))
+    if not found:
+        return
+    left, k, place = min(found, key=lambda item: item[0])
+    if _lens_explains(points, window, 4 * left):
+        return
+    cause = _cause(points, k, place, 3 * _MOST_PX / _px_per_mm(fit, points, k))
+    raise CalibrationError(
+        f"control_points.{k}: got {_shown(points, k)}; expected about "
+        f"x_mm = {place[0]:.1f}, y_mm = {place[1]:.1f} at that px from the other {len(points.px) - 1} "
+        f"points. {cause}Correct the point or take it out."
+    )
+
+
+def _worst(points: PointSet, fit: CameraFit, window: Window | None, count: int = 6) -> list[int]:
+    """The points whose absence helps most, by fits with and without the chosen terms of the lens."""
+    gains: dict[int, float] = {}
+    for k in range(len(points.px)):
+        for terms in {(), fit.terms}:
+            try:
+                chi2 = fit_terms(points.without(k), terms, window).chi2
+            except CalibrationError:
+                continue
+            gains[k] = min(gains.get(k, np.inf), chi2)
+    return sorted(gains, key=gains.__getitem__)[:count]
+
+
+def _refuse_swap(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+    """Two points whose places on the window are exchanged spoil any fit without one of them."""
+    if len(points.px) > _MOST_SWAPS or _rms(fit) < 2 * _FIT_PX:
+        return
+    fits = {pair: _rms_of(points.with_mm(mm), fit, window) for pair, mm in _swaps(points)}
+    best = min(fits, key=fits.__getitem__)
+    if fits[best] < _FIT_PX and fits[best] < 0.1 * _rms(fit):
+        i, j = best
+        raise CalibrationError(
+            f"control_points.{i} and control_points.{j}: got {_shown(points, i)} and {_shown(points, j)}; "
+            f"expected them the other way round, by which the residual falls from {_rms(fit):.1f} to "
+            f"{fits[best]:.2f} px. Exchange their x_mm and y_mm."
+        )
+
+
+def _refuse_among_five(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+    """Five points have two redundant coordinates: enough to see a mistake, not to place a free one."""
+    if _rms(fit) < _MOST_PX or _lens_explains(points, window, _FIT_PX**2):
+        return
+    repaired = []
+    for k in range(5):
+        for cause, mm in _repairs(points, k):
+            changed = points.mm.copy()
+            changed[k] = mm
+            if _rms_of(points.with_mm(changed), fit, window) < _FIT_PX:
+                repaired.append(f"control_points.{k}: got {_shown(points, k)}; {cause}")
+    for (i, j), mm in _swaps(points):
+        if _rms_of(points.with_mm(mm), fit, window) < _FIT_PX:
+            repaired.append(f"control_points.{i} and control_points.{j} are exchanged")
+    head = f"the five control points contradict each other by {_rms(fit):.1f} px rms"
+    if repaired:
+        raise CalibrationError(f"{head}; they agree if {', or if '.join(repaired)}. Correct the point.")
+    raise CalibrationError(
+        f"{head}; expected less than {_MOST_PX:g} px. Which one is wrong five points cannot tell: check them "
+        "all, or add a sixth."
+    )
+
+
+def _lens_explains(points: PointSet, window: Window | None, most: float) -> bool:
+    """Whether an ordinary lens makes all points agree: then none is blamed."""
+    if len(points.px) < 5:
+        return False
+    try:
+        bent = fit_terms(points, (0,), window)
+    except CalibrationError:
+        return False
+    return bool(abs(bent.model.lens.terms[0]) < _ORDINARY_LENS and bent.chi2 / bent.freedom <= most)
+
+
+def _cause(points: PointSet, k: int, place: Array, within_mm: float) -> str:
+    """What was probably done to a point, told by what puts it right."""
+    for cause, mm in _repairs(points, k):
+        if np.hypot(*(mm - place)) < within_mm:
+            return f"It looks as if {cause}. "
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Slip:
+    """A usual mistake, as what undoes it."""
+
+    words: str
+    factor: tuple[float, float]
+
+
+_SLIPS = (
+    _Slip("the sign of x_mm is wrong", (-1, 1)),
+    _Slip("the sign of y_mm is wrong", (1, -1)),
+    _Slip("the signs of x_mm and y_mm are wrong", (-1, -1)),
+    _Slip("the point of x_mm stands one digit too far left", (10, 1)),
+    _Slip("the point of x_mm stands one digit too far right", (0.1, 1)),
+    _Slip("the point of y_mm stands one digit too far left", (1, 10)),
+    _Slip("the point of y_mm stands one digit too far right", (1, 0.1)),
+)
+
+
+def _repairs(points: PointSet, k: int) -> Iterator[tuple[str, Array]]:
+    """Usual mistakes at a point and the place on the window that each would have meant."""
+    mm = points.mm[k]
+    if mm[0] != mm[1]:
+        yield "x_mm and y_mm are exchanged", mm[::-1]
+    for slip in _SLIPS:
+        meant = mm * slip.factor
+        if (meant != mm).any():
+            yield slip.words, meant
+
+
+def _swaps(points: PointSet) -> Iterator[tuple[tuple[int, int], Array]]:
+    """Places on the window with each pair exchanged."""
+    for i, j in combinations(range(len(points.px)), 2):
+        mm = points.mm.copy()
+        mm[[i, j]] = mm[[j, i]]
+        yield (i, j), mm
+
+
+def _rms(fit: CameraFit) -> float:
+    return float(np.sqrt(np.mean(np.sum(fit.residual_px**2, axis=1))))
+
+
+def _rms_of(points: PointSet, fit: CameraFit, window: Window | None) -> float:
+    """Residual of changed points, px rms; infinite where they fix nothing, or show the window mirrored."""
+    try:
+        changed = fit_terms(points, () if len(points.px) < 8 else fit.terms, window)
+    except CalibrationError:
+        return np.inf
+    return _rms(changed)
+
+
+def _px_per_mm(fit: CameraFit, points: PointSet, k: int) -> float:
+    return float(1 / fit.model.mm_per_px_at(points.px[k]))
+
+
+def _shown(points: PointSet, k: int) -> str:
+    return str([*points.px[k].tolist(), *points.mm[k].tolist()])
+
+
+def refuse_crossed(points: PointSet) -> None:
+    """Refuse four points whose order around the window is not that in the photograph.
+
+    A camera keeps it, or mirrors it as a whole; four points have nothing redundant that would tell otherwise.
+
+    Raises
+    ------
+    CalibrationError
+    """
+    if len(points.px) != 4 or _same_order(points.px, points.mm):
+        return
+    pairs = [f"{i} and {j}" for (i, j), mm in _swaps(points) if _same_order(points.px, mm)]
+    likely = f" Points {', or '.join(pairs)} may be exchanged." if pairs else ""
+    raise CalibrationError(
+        "control_points: the four do not stand in the same order around the window as in the photograph, as "
+        f"they must for any camera.{likely} Check x_mm and y_mm of each"
+    )
+
+
+def _same_order(px: Array, mm: Array) -> bool:
+    """Whether all triples of points turn the same way in both planes, or all the other way."""
+    triples = [list(t) for t in combinations(range(len(px)), 3)]
+    turns = [_turn(px[t]) * _turn(mm[t]) for t in triples]
+    return min(turns) >= 0 or max(turns) <= 0  # points on a line turn no way: the fit refuses them
+
+
+def _turn(triple: Array) -> float:
+    a, b = triple[1:] - triple[0]
+    return float(a[0] * b[1] - a[1] * b[0])
