@@ -56,6 +56,8 @@ class ForceStatus(StrEnum):
     DROPOUT = "dropout"
     GAP = "gap"
     OUTSIDE_LOG = "outside_log"
+    SPIKE = "spike"
+    STUCK = "stuck"
 
 
 class Direction(StrEnum):
@@ -96,6 +98,17 @@ FORCE_COLUMNS = (
     "friction_N",
     "status",
 )
+FORCE_AT_COLUMNS = (
+    "frame",
+    "time_s",
+    "time_std_s",
+    "u_mm",
+    "force_N",
+    "force_std_N",
+    "arm_mm",
+    "arm_std_mm",
+    "status",
+)
 LAYER_COLUMNS = ("frame", "u_mm", "layer", "source", "x_mm", "y_mm", "std_mm")
 SURFACE_COLUMNS = ("frame", "u_mm", "x_mm", "y_mm")
 BAND_COLUMNS = (
@@ -127,7 +140,16 @@ INCREMENT_COLUMNS = (
 )
 BLADE_COLUMNS = ("frame", "time_s", "u_mm", "blade_x_mm", "blade_std_mm")
 VOLUME_COLUMNS = ("frame", "u_mm", "area_mm2", "swept_mm2", "difference_mm2", "std_mm2", "ratio")
-BUDGET_COLUMNS = ("source", "value", "std", "unit", "sensitivity_N", "share")
+BUDGET_COLUMNS = (
+    "source",
+    "value",
+    "std",
+    "unit",
+    "sensitivity_N",
+    "share",
+    "sensitivity_mm",
+    "arm_share",
+)
 MODEL_FORCE_COLUMNS = ("u_mm", "force_N", "beta_deg", "outcrop_x_mm", "band")
 
 

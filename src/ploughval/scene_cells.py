@@ -1,7 +1,7 @@
 """The table of the load cells in test.toml: logs, geometry of the cells, calibration."""
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -11,12 +11,15 @@ from ploughval.scene_faults import number
 
 
 class LogColumns(Table):
-    """[loadcells.columns]: what the columns of the log are called."""
+    """[loadcells.columns]: what the columns of the log are called; a unit may follow in brackets."""
 
-    time_s: str = "time_s"
+    time_s: str = Field(
+        "time_s", description="column of seconds, date-times or sample numbers; empty for none, with rate_hz"
+    )
     displacement_mm: str = "displacement_mm"
     moment_upper_Nm: str = "moment_upper_Nm"
     moment_lower_Nm: str = "moment_lower_Nm"
+    date: str | None = Field(None, description="column of dates, where time_s is one of times of day alone")
 
 
 class CellCalibration(Table):
@@ -31,7 +34,12 @@ class CellCalibration(Table):
 class LoadCells(Table):
     """[loadcells]: two bending-moment cells and their log."""
 
-    log: str = Field(description="CSV or TDMS file, relative to the test folder")
+    log: str | Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        description="CSV or TDMS file, relative to the test folder; or a list of files or patterns, in sequence"
+    )
+    rate_hz: Positive | None = Field(
+        None, description="rows a second, where the log holds sample numbers or no times"
+    )
     empty: tuple[str, ...] = Field(
         (), description="patterns of empty-box runs; none: no friction compensation"
     )
@@ -40,19 +48,41 @@ class LoadCells(Table):
     spacing_std_mm: NotNegative = 0.0
     lower_to_tip_std_mm: NotNegative = 0.0
     rest_s: tuple[Finite, Finite] | None = Field(None, description="window before motion, s")
+    rest_end_s: tuple[Finite, Finite] | None = Field(
+        None, description="window after the test with the cells unloaded again, s: zeros run straight to it"
+    )
+    bandwidth_Hz: Positive | None = Field(
+        None, description="the readings are smoothed to this bandwidth, Hz; absent: not smoothed"
+    )
     compensation: Literal["per_cell", "force_only"] = Field(
         "per_cell", description="friction taken off each cell, or off the force alone"
     )
     columns: LogColumns = LogColumns()
     calibration: CellCalibration = CellCalibration()
 
+    @property
+    def log_patterns(self) -> tuple[str, ...]:
+        """Names or patterns of the files of the log."""
+        return (self.log,) if isinstance(self.log, str) else self.log
+
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
-        """A window of rest that ends before it starts."""
-        window = values.get("rest_s")
-        if not isinstance(window, list | tuple) or len(window) != 2:
-            return []
-        start, end = (number({"s": s}, "s") for s in window)
-        if start is None or end is None or start < end:
-            return []
-        return [Fault("rest_s", str(list(window)), "[start, end] with start before end")]
+        """A window of rest that ends before it starts; a second one that is not after the first."""
+        first, second = _window(values, "rest_s"), _window(values, "rest_end_s")
+        faults = [
+            Fault(key, str(list(window)), "[start, end] with start before end")
+            for key, window in (("rest_s", first), ("rest_end_s", second))
+            if window is not None and not window[0] < window[1]
+        ]
+        if not faults and first is not None and second is not None and not first[1] < second[0]:
+            faults.append(Fault("rest_end_s", str(list(second)), f"a window after rest_s = {list(first)}"))
+        return faults
+
+
+def _window(values: Mapping[str, Any], key: str) -> tuple[float, float] | None:
+    """A window of two numbers; None where it is not given or not of that kind."""
+    window = values.get(key)
+    if not isinstance(window, list | tuple) or len(window) != 2:
+        return None
+    start, end = (number({"s": s}, "s") for s in window)
+    return None if start is None or end is None else (start, end)

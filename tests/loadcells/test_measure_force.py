@@ -173,15 +173,18 @@ def test_a_broken_empty_run_is_left_out_by_name(tmp_path):
     assert any("1.csv" in fault and "left out" in fault for fault in result.faults)
 
 
-def test_wrong_signs_are_named(tmp_path):
-    rig = Rig(tmp_path)
+def test_wrong_signs_are_recognised_said_and_read_right(tmp_path):
+    rig = Rig(tmp_path, noise=0.0)
     for path in (tmp_path / "loadcells.csv", *(tmp_path / "empty").glob("*.csv")):
         table = pd.read_csv(path)
         table[NAMES[1:]] *= -1
         table.to_csv(path, index=False)
-    faults = measure_force(rig.scene()).faults
-    assert any("displacement falls" in fault for fault in faults)
-    assert any("mean force is negative" in fault for fault in faults)
+    result = measure_force(rig.scene())
+    _, force_error, arm_error = errors(result)
+    assert any("displacement falls" in fault for fault in result.faults)
+    assert any("both cells have the opposite sign" in fault for fault in result.faults)
+    assert np.abs(force_error).max() < 1e-8
+    assert np.abs(arm_error).max() < 1e-7
 
 
 def test_a_rest_window_outside_the_log_is_refused_with_its_times(tmp_path):
@@ -196,12 +199,17 @@ def test_motion_within_the_rest_window_is_named_and_left_out(tmp_path):
     np.testing.assert_allclose(result.zero_Nm, rig.zeros, atol=5 * 0.004 / np.sqrt(200))
 
 
-def test_drift_of_the_zeros_is_named(tmp_path):
+def test_drift_of_the_zeros_is_named_and_goes_on_at_its_rate(tmp_path):
     rig = Rig(tmp_path)
     table = rig.table.copy()
     table[NAMES[2]] += 0.01 * table["time_s"]
     table.to_csv(tmp_path / "loadcells.csv", index=False)
-    assert any("drifts by" in fault for fault in measure_force(rig.scene()).faults)
+    result = measure_force(rig.scene())
+    assert any("drifts by" in fault for fault in result.faults)
+    # 196 rows of 0.004 N m over 3.92 s know the rate to 0.004 sqrt(12 / 196) / 3.92 = 2.5e-4 N m/s.
+    np.testing.assert_allclose(result.drift_Nm, [0.01 * 22.03, 0.0], atol=4 * 2.5e-4 * 22)
+    record, force_error, _ = errors(result)
+    assert (np.abs(force_error) <= 2 * record["force_std_N"]).mean() > 0.95
 
 
 def test_a_log_that_starts_in_motion_keeps_its_force_but_says_the_zeros_are_unknown(tmp_path):

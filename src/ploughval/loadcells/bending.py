@@ -1,9 +1,26 @@
 """Two bending moments to a horizontal force and its line of action (statics of the blade's stem)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class CellGeometry:
+    """Where the cells are: their distance, and the lower one's height above the tip, mm, with std, mm."""
+
+    spacing_mm: float
+    lower_to_tip_mm: float
+    spacing_std_mm: float = 0.0
+    lower_to_tip_std_mm: float = 0.0
+
+    @property
+    def per_Nm(self) -> float:
+        """Force (N) for a difference of the two moments of 1 N m."""
+        return 1000.0 / self.spacing_mm
 
 
 def horizontal_force(upper_Nm: Floats, lower_Nm: Floats, spacing_mm: float) -> Floats:

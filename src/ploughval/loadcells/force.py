@@ -1,6 +1,6 @@
 """From the scene's load-cell log and empty-box runs to force, line of action and their uncertainties."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -8,21 +8,28 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.axes import FORCE_COLUMNS, ForceStatus
-from ploughval.errors import ConfigError, DataError, Fault, PloughvalError
-from ploughval.loadcells.bending import horizontal_force, line_of_action
-from ploughval.loadcells.budget import Sources, arm_std, budget_table, force_std
+from ploughval.errors import ConfigError, Fault
+from ploughval.loadcells.bending import CellGeometry, horizontal_force
+from ploughval.loadcells.budget import Term
 from ploughval.loadcells.checks import STATUSES, status_column
-from ploughval.loadcells.friction import EmptyRun, Friction, empty_run, mean_friction
-from ploughval.loadcells.log import Log, read_log
-from ploughval.loadcells.motion import Motion, find_motion
-from ploughval.loadcells.zero import Zero, zero_of
+from ploughval.loadcells.contact import Contact, find_contact
+from ploughval.loadcells.empty_runs import friction_from, read_empty
+from ploughval.loadcells.friction import Friction
+from ploughval.loadcells.log import read_log
+from ploughval.loadcells.record import ForceArrays, Rig, force_from_readings, mean_budget
+from ploughval.loadcells.response import CellResponse
+from ploughval.loadcells.rest import zero_at_rest, zeros_over
+from ploughval.loadcells.run_log import RunLog, arrays_of
+from ploughval.loadcells.smoothing import Smoothed, smooth, unsmoothed
+from ploughval.loadcells.wiring import wiring_of
+from ploughval.loadcells.zero import Zero
 from ploughval.scene import LoadCells, Scene
 
 Floats = NDArray[np.float64]
-_ARM_LIMIT = 5.0  # forces below this many standard uncertainties have no line of action
+_LATE_DEPTHS = 0.02  # contact this long after the onset of motion is said
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ForceResult:
     """The force record of one test.
 
@@ -31,25 +38,42 @@ class ForceResult:
     record : DataFrame
         FORCE_COLUMNS, one row a row of the log; ``status`` holds values of ForceStatus.
     budget : DataFrame
-        source, value, std, unit, sensitivity_N, share: one sample of the force at the mean load.
+        BUDGET_COLUMNS: one sample of force and line of action at the mean load.
     faults : tuple of str
         Everything found wrong in the logs and what was done about it.
-    compensated : bool
-        Whether friction was taken off.
+    friction : Friction or None
+        What was taken off for friction; None without empty runs.
     zero_Nm, zero_std_Nm, noise_std_Nm : (2,) float
-        Offsets of the (upper, lower) cell, their standard uncertainty, and the noise of one sample.
+        Offsets of the (upper, lower) cell at rest, their standard uncertainty, and the noise of one sample.
+    drift_Nm : (2,) float
+        Drift of the zeros over the record that was taken off.
     noise_std_N : float
         Noise of one sample of the force: the part of force_std_N that is fresh in every row.
+    onset_s : float
+        Time at which the blade starts to move; NaN where it does not.
+    contact : Contact or None
+        When the force leaves its noise.
+    bandwidth_Hz : float or None
+        Bandwidth that the readings were smoothed to; None: not smoothed.
     """
 
     record: pd.DataFrame
     budget: pd.DataFrame
     faults: tuple[str, ...]
-    compensated: bool
+    friction: Friction | None
     zero_Nm: Floats
     zero_std_Nm: Floats
     noise_std_Nm: Floats
+    drift_Nm: Floats
     noise_std_N: float
+    onset_s: float
+    contact: Contact | None
+    bandwidth_Hz: float | None
+
+    @property
+    def compensated(self) -> bool:
+        """Whether friction was taken off."""
+        return self.friction is not None
 
 
 def measure_force(scene: Scene) -> ForceResult:
@@ -76,199 +100,167 @@ def measure_force(scene: Scene) -> ForceResult:
     cells = scene.loadcells
     if cells is None:
         raise ConfigError(scene.source, [Fault("loadcells", "nothing", "a table", "Add [loadcells].")])
-    gain = _gain(scene.source, cells)
-    log = read_log(scene.path(cells.log), cells.columns)
-    faults = list(log.faults)
-    time, u, raw = _arrays(log, gain)
-    motion = find_motion(u)
-    zero, level = _rest(cells, time, u, raw, motion, faults)
-    friction = _friction(scene, cells, gain, zero, faults)
-    if motion is not None and motion.travel_mm < 0:
-        faults.append(
-            f"the displacement falls by {-motion.travel_mm:.4g} mm; expected a rise: check its sign"
-        )
-    moving = np.arange(time.size) >= (time.size if motion is None else motion.onset)
-    test = _Test(time, u - level, raw - zero.mean[:, None], moving, zero, friction)
-    return _result(cells, gain, test, log, faults)
+    response = _response(scene.source, cells)
+    geometry = CellGeometry(
+        cells.spacing_mm, cells.lower_to_tip_mm, cells.spacing_std_mm, cells.lower_to_tip_std_mm
+    )
+    table = read_log(scene.path(cells.log), cells.columns)
+    faults = list(table.faults)
+    log = arrays_of(table, cells.log)
+    empty = read_empty(scene, cells, faults)
+    wiring = wiring_of(log, empty, response, geometry, scene.blade.depth_mm, faults)
+    log, empty = wiring.rewired(log), [wiring.rewired(run) for run in empty]
+    zero, level_mm = zero_at_rest(cells, log, response, faults)
+    friction = friction_from(empty, log, zero, response, faults)
+    line = zeros_over(cells, log, zero, response, faults)
+    smoothed, more = unsmoothed(log.readings), tuple[Term, ...]()
+    if cells.bandwidth_Hz is not None:
+        smoothed = smooth(log.time_s, log.readings, cells.bandwidth_Hz)
+        more = _shaved(smoothed, log, zero, geometry, response, faults)
+    rig = Rig(geometry, response, zero.noise_cov * smoothed.noise_share)
+    found = force_from_readings(
+        smoothed.readings,
+        rig,
+        line,
+        moving=log.moving,
+        friction=friction,
+        friction_at=_filled(log.u_mm - level_mm),
+        more=more,
+        per_cell=cells.compensation == "per_cell",
+    )
+    _say_motion(log, found, faults)
+    test = replace(log, u_mm=log.u_mm - level_mm)
+    contact = _contact(scene, test, found, rig, faults)
+    return _gathered(
+        test, table.data["status"], found, _Told(zero, line.total, rig, contact, friction, cells, faults)
+    )
 
 
-@dataclass(frozen=True, slots=True)
-class _Test:
-    """One test's log with zeros taken off; moments (2, N) in N m, not yet compensated."""
-
-    time_s: Floats
-    u_mm: Floats
-    cells_Nm: Floats
-    moving: NDArray[np.bool_]
-    zero: Zero
-    friction: Friction | None
-
-
-def _gain(source: Path, cells: LoadCells) -> Floats:
-    gain = np.array([cells.calibration.upper_Nm_per_unit, cells.calibration.lower_Nm_per_unit])
+def _response(source: Path, cells: LoadCells) -> CellResponse:
+    given = cells.calibration
+    gain = np.array([given.upper_Nm_per_unit, given.lower_Nm_per_unit])
     if (gain == 0).any():
         place = "loadcells.calibration." + ("upper_Nm_per_unit", "lower_Nm_per_unit")[int(gain[0] != 0)]
         raise ConfigError(source, [Fault(place, "0", "a number other than 0")])
-    return gain
+    return CellResponse.constant(gain, np.array([given.upper_Nm_per_unit_std, given.lower_Nm_per_unit_std]))
 
 
-def _arrays(log: Log, gain: Floats) -> tuple[Floats, Floats, Floats]:
-    """Times (N,), displacement (N,) mm and the two moments (2, N) in N m."""
-    data = log.data
-    moments = np.stack([data["moment_upper"].to_numpy(), data["moment_lower"].to_numpy()])
-    return data["time_s"].to_numpy(), data["displacement_mm"].to_numpy(), moments * gain[:, None]
-
-
-def _rest(
-    cells: LoadCells, time: Floats, u: Floats, raw: Floats, motion: Motion | None, faults: list[str]
-) -> tuple[Zero, float]:
-    """Zeros and displacement at rest, from rest_s or from the rows before motion."""
-    if cells.rest_s is not None:
-        rows = (time >= cells.rest_s[0]) & (time <= cells.rest_s[1])
-        named = f"rest_s = [{cells.rest_s[0]:g}, {cells.rest_s[1]:g}]"
-    else:
-        rows = np.arange(time.size) < (time.size if motion is None else motion.rest_end)
-        named = "the rest before motion"
-    if cells.rest_s is not None and motion is not None and rows[motion.onset :].any():
+def _shaved(
+    smoothed: Smoothed,
+    log: RunLog,
+    zero: Zero,
+    geometry: CellGeometry,
+    response: CellResponse,
+    faults: list[str],
+) -> tuple[Term, ...]:
+    """What smoothing takes off the peaks: said, and a source of uncertainty."""
+    cov = smoothed.lost_cov(log.moving, zero.noise_cov)
+    slope = response.slopes(np.zeros(2))
+    moments = slope @ (smoothed.readings - zero.mean[:, None])
+    force = np.where(log.moving, horizontal_force(moments[0], moments[1], geometry.spacing_mm), np.nan)
+    if np.isfinite(force).any():
+        top = int(np.nanargmax(force))
+        upper, lower = slope @ smoothed.lost[:, top]
         faults.append(
-            f"the blade moves within {named} (from {time[motion.onset]:.4g} s): zeros taken before that"
+            f"smoothing leaves {100 * smoothed.noise_share**0.5:.3g} % of the noise and takes about "
+            f"{(upper - lower) * geometry.per_Nm:.3g} N off the highest peak of {force[top]:.4g} N"
         )
-        rows[motion.onset :] = False
-    zero = zero_of(time[rows], raw[:, rows])
-    if zero is None and cells.rest_s is not None:
-        raise DataError(
-            f"loadcells.rest_s = {list(cells.rest_s)} holds fewer than 3 rows at rest; the log runs from "
-            f"{time[0]:g} to {time[-1]:g} s. Correct rest_s, or leave it out to have it found",
-            path=cells.log,
-        )
-    if zero is None:
-        faults.append("no rest before motion: zero offsets taken as 0, without uncertainty")
-        noise = _difference_cov(raw)
-        zero = Zero(np.zeros(2), noise, np.zeros((2, 2)), np.zeros(2), np.zeros(2), 0)
-    elif zero.drifts:
+    return (Term("smoothing", slope @ cov @ slope.T, log.moving.astype(float), np.zeros(2)),)
+
+
+def _filled(u_mm: Floats) -> Floats:
+    """Travel with missing rows interpolated, only to look friction up."""
+    good = np.isfinite(u_mm)
+    if good.all() or not good.any():
+        return u_mm
+    rows = np.arange(u_mm.size)
+    return np.interp(rows, rows[good], u_mm[good])
+
+
+def _say_motion(log: RunLog, found: ForceArrays, faults: list[str]) -> None:
+    """A displacement that falls; friction that was not taken off, and how large it can be at most."""
+    if log.motion is not None and log.motion.travel_mm < 0:
         faults.append(
-            f"upper cell drifts by {zero.drift[0]:.3g} N m, lower by {zero.drift[1]:.3g} N m "
-            f"over {named}: zeros are the mean there"
+            f"the displacement falls by {-log.motion.travel_mm:.4g} mm; expected a rise: check its sign"
         )
-    still = u[rows & np.isfinite(u)]
-    level = (
-        float(still.mean()) if still.size else float(u[np.isfinite(u)][0]) if np.isfinite(u).any() else 0.0
-    )
-    if motion is None:
-        faults.append("the displacement shows no motion: no friction taken off")
-    return zero, level
+    if np.isfinite(found.friction_N).any():
+        return
+    said = "no empty-box runs: the force is not compensated for friction"
+    if log.motion is not None:
+        steady = found.raw_N[log.motion.steady_start : log.motion.steady_end]
+        steady = steady[np.isfinite(steady)]
+        if steady.size:
+            most = max(float(np.percentile(steady, 1.0)), 0.0)
+            said += (
+                f". Friction is at most {most:.3g} N, the least force of the steady travel; "
+                "force_std_N does not hold it"
+            )
+    faults.append(said)
 
 
-def _difference_cov(raw: Floats) -> Floats:
-    """Covariance of white noise on smooth curves, from second differences."""
-    second = np.diff(raw, 2, axis=1)
-    second = second[:, np.isfinite(second).all(axis=0)]
-    if second.shape[1] < 2:
-        return np.zeros((2, 2))
-    return np.asarray(np.cov(second) / 6.0)
-
-
-def _friction(scene: Scene, cells: LoadCells, gain: Floats, zero: Zero, faults: list[str]) -> Friction | None:
-    """Friction from all empty-box runs that can be read; None without any."""
-    log = scene.path(cells.log)
-    paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - {log})
-    runs: list[EmptyRun] = []
-    for path in paths:
-        try:
-            empty = read_log(path, cells.columns)
-        except PloughvalError as error:
-            faults.append(f"empty-box run left out: {error}")
-            continue
-        faults.extend(f"{path.name}: {fault}" for fault in empty.faults)
-        run = empty_run(*_arrays(empty, gain), zero)
-        if run is None:
-            faults.append(f"{path.name}: no motion found: left out of the friction")
-            continue
-        if not run.own_zero:
-            faults.append(f"{path.name}: no rest before motion: the test's zeros are used")
-        runs.append(run)
-    if not runs:
-        faults.append("no empty-box runs: the force is not compensated for friction")
+def _contact(scene: Scene, test: RunLog, found: ForceArrays, rig: Rig, faults: list[str]) -> Contact | None:
+    """When the force leaves its noise; said where the blade had travelled before."""
+    if test.motion is None:
         return None
-    if len(runs) == 1:
+    contact = find_contact(
+        test.time_s, test.u_mm, found.force_N, onset=test.motion.onset, noise_N=_noise_N(rig)
+    )
+    if contact is None:
+        faults.append("the force never leaves its noise: no contact with the sand was found")
+    elif contact.u_mm - 2 * contact.std_mm > _LATE_DEPTHS * scene.blade.depth_mm:
         faults.append(
-            "a single empty-box run: friction's spread between runs is unknown, that along it is used"
+            f"the blade meets the sand {contact.u_mm:.3g} mm after it starts to move (standard uncertainty "
+            f"{contact.std_mm:.2g} mm): u_mm counts from the start"
         )
-    return mean_friction(runs)
+    return contact
 
 
-def _result(cells: LoadCells, gain: Floats, test: _Test, log: Log, faults: list[str]) -> ForceResult:
-    sources = _sources(cells, gain, test.zero, test.friction)
-    moving, friction, zero = test.moving, test.friction, test.zero
-    raw_N = horizontal_force(test.cells_Nm[0], test.cells_Nm[1], cells.spacing_mm)
-    compensated_Nm = test.cells_Nm
-    friction_N = np.full(moving.size, np.nan)
-    if friction is not None:
-        compensated_Nm = test.cells_Nm - np.where(moving, friction.mean[:, None], 0.0)
-        one = horizontal_force(friction.mean[:1], friction.mean[1:], cells.spacing_mm)
-        friction_N = np.where(moving, one, 0.0)
-    force_N = horizontal_force(compensated_Nm[0], compensated_Nm[1], cells.spacing_mm)
-    std_N = force_std(compensated_Nm, force_N, moving, sources)
-    # With friction off the force alone, as in the paper, the line of action is that of sand and friction.
-    per_cell = cells.compensation == "per_cell"
-    arm_cells, arm_force = (compensated_Nm, force_N) if per_cell else (test.cells_Nm, raw_N)
-    arm_mm = line_of_action(arm_cells[1], arm_force, cells.lower_to_tip_mm)
-    arm_mm_std = arm_std(arm_cells, arm_force, moving & per_cell, sources)
-    codes = log.data["status"].cat.codes.to_numpy().astype(np.int8)
-    small = ~(np.abs(arm_force) >= _ARM_LIMIT * std_N)
-    arm_mm[small] = np.nan
-    arm_mm_std[small] = np.nan
-    std_N[~np.isfinite(force_N)] = np.nan
-    codes[small & (codes == STATUSES.index(ForceStatus.OK))] = STATUSES.index(ForceStatus.NO_ARM)
+def _noise_N(rig: Rig) -> float:
+    """Noise of one sample of the force, N."""
+    slope = rig.response.slopes(np.zeros(2))
+    gradient = rig.geometry.per_Nm * np.array([1.0, -1.0]) @ slope
+    return float(np.sqrt(gradient @ rig.noise_cov @ gradient))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Told:
+    """What goes into the result besides the arrays."""
+
+    zero: Zero
+    drift: Floats
+    rig: Rig
+    contact: Contact | None
+    friction: Friction | None
+    cells: LoadCells
+    faults: list[str]
+
+
+def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) -> ForceResult:
+    codes = status.cat.codes.to_numpy().astype(np.int8)
+    codes[found.small & (codes == STATUSES.index(ForceStatus.OK))] = STATUSES.index(ForceStatus.NO_ARM)
     columns = (
         test.time_s,
         test.u_mm,
-        force_N,
-        std_N,
-        arm_mm,
-        arm_mm_std,
-        raw_N,
-        friction_N,
+        found.force_N,
+        found.force_std_N,
+        found.arm_mm,
+        found.arm_std_mm,
+        found.raw_N,
+        found.friction_N,
         status_column(codes),
     )
-    loaded = moving & np.isfinite(force_N)
-    mean_cells = compensated_Nm[:, loaded].mean(axis=1) if loaded.any() else np.zeros(2)
-    if mean_cells[0] < mean_cells[1]:
-        faults.append(
-            "the mean force is negative: check the signs of the moments and which cell is the upper"
-        )
-    budget = budget_table(
-        sources,
-        mean_cells_Nm=mean_cells,
-        zero_Nm=zero.mean,
-        friction_Nm=None if friction is None else friction.mean,
-        gain=gain,
-        lower_to_tip_mm=cells.lower_to_tip_mm,
-    )
-    gradient = np.array([1000.0, -1000.0]) / cells.spacing_mm
+    slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
-        pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True))),
-        budget,
-        tuple(faults),
-        friction is not None,
-        zero.mean,
-        np.sqrt(np.diag(zero.mean_cov)),
-        np.sqrt(np.diag(zero.noise_cov)),
-        float(np.sqrt(gradient @ zero.noise_cov @ gradient)),
-    )
-
-
-def _sources(cells: LoadCells, gain: Floats, zero: Zero, friction: Friction | None) -> Sources:
-    none = np.zeros((2, 2))
-    stds = np.array([cells.calibration.upper_Nm_per_unit_std, cells.calibration.lower_Nm_per_unit_std])
-    return Sources(
-        zero.noise_cov,
-        zero.mean_cov,
-        none if friction is None else friction.cov,
-        np.inf if friction is None else friction.dof,
-        none if friction is None else friction.variation_cov,
-        np.abs(stds / gain),
-        cells.spacing_mm,
-        cells.spacing_std_mm,
-        cells.lower_to_tip_std_mm,
+        record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True))),
+        budget=mean_budget(found, test.moving & np.isfinite(found.force_N)),
+        faults=tuple(told.faults),
+        friction=told.friction,
+        zero_Nm=slope @ told.zero.mean,
+        zero_std_Nm=np.sqrt(np.diag(slope @ told.zero.mean_cov @ slope.T)),
+        noise_std_Nm=np.sqrt(np.diag(slope @ told.rig.noise_cov @ slope.T)),
+        drift_Nm=slope @ told.drift,
+        noise_std_N=_noise_N(told.rig),
+        onset_s=float("nan") if test.motion is None else float(test.time_s[test.motion.onset]),
+        contact=told.contact,
+        bandwidth_Hz=told.cells.bandwidth_Hz,
     )

@@ -12,20 +12,23 @@ _COLOURED = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Zero:
-    """Offsets of the (upper, lower) cell; covariances are (2, 2), all in the unit of the moments given."""
+    """Offsets of the (upper, lower) cell over one window; covariances are (2, 2), in the cells' unit."""
 
     mean: Floats
     noise_cov: Floats  # of one sample
     mean_cov: Floats  # of the offsets
-    drift: Floats  # change over the rest window
+    drift: Floats  # change over the window
     drift_std: Floats
     rows: int
+    middle_s: float  # time that the mean belongs to
+    end_s: float
+    span_s: float
 
     @property
     def drifts(self) -> bool:
-        """Whether a cell's change over the rest window is beyond three standard deviations."""
+        """Whether a cell's change over the window is beyond three standard deviations."""
         return bool(np.any(np.abs(self.drift) > 3 * self.drift_std))
 
 
@@ -37,7 +40,7 @@ def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
     time_s : (N,) float, s
         Strictly increasing.
     cells : (2, N) float
-        Upper and lower moment; columns with NaN are left out.
+        Upper and lower reading; columns with NaN are left out.
 
     Returns
     -------
@@ -49,7 +52,8 @@ def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
     count = int(good.sum())
     if count < 3:
         return None
-    t, m = time_s[good] - time_s[good].mean(), cells[:, good]
+    middle = float(time_s[good].mean())
+    t, m = time_s[good] - middle, cells[:, good]
     mean = m.mean(axis=1)
     centred = m - mean[:, None]
     slope = centred @ t / (t @ t)
@@ -65,4 +69,15 @@ def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
         if ratio.max() > _COLOURED:
             mean_cov = block_cov
             drift_std = drift_std * np.sqrt(np.maximum(ratio, 1.0))
-    return Zero(mean, noise_cov, mean_cov, slope * span, drift_std, count)
+    return Zero(
+        mean, noise_cov, mean_cov, slope * span, drift_std, count, middle, middle + float(t[-1]), span
+    )
+
+
+def unknown_zero(cells: Floats) -> Zero:
+    """Offsets of 0 without uncertainty for a record (2, N) without rest; noise from second differences."""
+    second = np.diff(cells, 2, axis=1)
+    second = second[:, np.isfinite(second).all(axis=0)]
+    noise = np.cov(second) / 6.0 if second.shape[1] > 1 else np.zeros((2, 2))
+    none = np.zeros(2)
+    return Zero(none, np.asarray(noise), np.zeros((2, 2)), none, none, 0, 0.0, 0.0, 0.0)

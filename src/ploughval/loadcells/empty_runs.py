@@ -1,0 +1,97 @@
+"""The empty-box runs of a test: read, and held against the test that they are to compensate."""
+
+from collections.abc import Sequence
+
+from ploughval.errors import PloughvalError
+from ploughval.loadcells.friction import EmptyRun, Friction, empty_run, friction_of
+from ploughval.loadcells.log import read_log
+from ploughval.loadcells.response import CellResponse
+from ploughval.loadcells.run_log import RunLog, arrays_of
+from ploughval.loadcells.zero import Zero
+from ploughval.scene import LoadCells, Scene
+
+_SPEED_DIFFERS = 0.1  # relative
+_SHORT = 0.98  # of the test's travel
+
+
+def read_empty(scene: Scene, cells: LoadCells, faults: list[str]) -> list[RunLog]:
+    """All empty-box runs that can be read; one that cannot is left out by name."""
+    log = scene.path(cells.log)
+    paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - {log})
+    runs = []
+    for path in paths:
+        try:
+            empty = read_log(path, cells.columns)
+        except PloughvalError as error:
+            faults.append(f"empty-box run left out: {error}")
+            continue
+        faults.extend(f"{path.name}: {fault}" for fault in empty.faults)
+        runs.append(arrays_of(empty, path.name))
+    return runs
+
+
+def friction_from(
+    logs: Sequence[RunLog], test: RunLog, zero: Zero, response: CellResponse, faults: list[str]
+) -> Friction | None:
+    """Friction from the runs that can stand for the test's; None without any.
+
+    Parameters
+    ----------
+    logs : sequence of RunLog
+        Empty runs.
+    test : RunLog
+        The test whose friction is wanted.
+    zero : Zero
+        The test's zeros, for runs without a rest of their own.
+    response : CellResponse
+        Readings to moments.
+    faults : list of str
+        What was found is added.
+
+    Returns
+    -------
+    Friction or None
+    """
+    runs = []
+    for log in logs:
+        found = empty_run(log, zero, response)
+        if found is None:
+            faults.append(f"{log.name}: no motion found: left out of the friction")
+            continue
+        if not found.own_zero:
+            faults.append(f"{log.name}: no rest before motion: the test's zeros are used")
+        runs.append(found)
+    runs = _alike(runs, test, faults)
+    if not runs:
+        return None
+    if len(runs) == 1:
+        faults.append(
+            "a single empty-box run: friction's spread between runs is unknown, that along it is used"
+        )
+    return friction_of(runs, response)
+
+
+def _alike(runs: list[EmptyRun], test: RunLog, faults: list[str]) -> list[EmptyRun]:
+    """Runs in the test's direction; another speed and a shorter travel are said."""
+    if test.motion is None:
+        return runs
+    kept, travel, speed = [], test.motion.travel_mm, test.speed_mm_s
+    for run in runs:
+        if run.travel_mm * travel < 0:
+            faults.append(
+                f"{run.name}: the blade travels {run.travel_mm:.4g} mm, against the test's {travel:.4g} mm: "
+                "left out of the friction, whose sign turns with the travel"
+            )
+            continue
+        kept.append(run)
+        if abs(run.speed_mm_s - speed) > _SPEED_DIFFERS * abs(speed):
+            faults.append(
+                f"{run.name}: its speed is {run.speed_mm_s:.4g} mm/s, the test's {speed:.4g} mm/s: "
+                "friction may differ"
+            )
+        if abs(run.travel_mm) < _SHORT * abs(travel):
+            faults.append(
+                f"{run.name}: it travels {abs(run.travel_mm):.4g} mm of the test's {abs(travel):.4g} mm: "
+                "friction beyond is taken to be as before"
+            )
+    return kept

@@ -1,0 +1,154 @@
+"""Readings of two cells to force, line of action and their standard uncertainties: arrays in, arrays out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ploughval.loadcells.bending import CellGeometry, horizontal_force, line_of_action
+from ploughval.loadcells.budget import Sources, Term, arm_std, budget_table, force_std
+from ploughval.loadcells.drift import ZeroLine
+from ploughval.loadcells.friction import Friction
+from ploughval.loadcells.response import CellResponse
+
+Floats = NDArray[np.float64]
+ARM_LIMIT = 5.0
+"""Forces below this many standard uncertainties have no line of action."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """The two cells: where they are, what their readings mean, and the noise of one sample.
+
+    ``noise_cov`` (2, 2) of the (upper, lower) reading, in the log's unit squared.
+    """
+
+    geometry: CellGeometry
+    response: CellResponse
+    noise_cov: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceArrays:
+    """Result of :func:`force_from_readings`; all (N,), NaN where a reading was.
+
+    ``small`` marks rows whose force is too small for a line of action. ``features`` (K, N) with friction
+    taken off and ``sources`` are what the uncertainties come from.
+    """
+
+    force_N: Floats
+    force_std_N: Floats
+    arm_mm: Floats
+    arm_std_mm: Floats
+    raw_N: Floats
+    friction_N: Floats
+    small: NDArray[np.bool_]
+    features: Floats
+    sources: Sources
+
+
+def force_from_readings(
+    readings: Floats,
+    rig: Rig,
+    zero: ZeroLine,
+    *,
+    moving: NDArray[np.bool_],
+    friction: Friction | None = None,
+    friction_at: Floats | None = None,
+    more: tuple[Term, ...] = (),
+    per_cell: bool = True,
+) -> ForceArrays:
+    """Force and line of action of a record.
+
+    Parameters
+    ----------
+    readings : (2, N) float
+        Upper and lower cell, in the log's unit; NaN where not measured.
+    rig : Rig
+        The two cells.
+    zero : ZeroLine
+        Offsets to be taken off.
+    moving : (N,) bool
+        Rows in which friction acts.
+    friction : Friction or None
+        From empty runs; None: nothing is taken off.
+    friction_at : (N,) float or None, mm
+        Travel at which friction is read; None: the mean is taken everywhere.
+    more : tuple of Term
+        Further sources of uncertainty.
+    per_cell : bool
+        Whether friction is taken off each cell. Otherwise off the force alone (Kashizadeh et al., 2014),
+        and the line of action is that of sand and friction together.
+
+    Returns
+    -------
+    ForceArrays
+    """
+    geometry, response = rig.geometry, rig.response
+    raw = response.features(readings - zero.offset)
+    raw_cells = response.coefficients @ raw
+    raw_N = horizontal_force(raw_cells[0], raw_cells[1], geometry.spacing_mm)
+    net, friction_N = raw, np.full(raw_N.shape, np.nan)
+    if friction is not None:
+        at = friction.mean if friction_at is None else friction.at(friction_at)
+        taken = np.where(moving, at, 0.0)
+        upper, lower = response.coefficients @ taken
+        friction_N, net = horizontal_force(upper, lower, geometry.spacing_mm), raw - taken
+    slope = response.slopes(_mean_reading(readings - zero.offset, moving))
+    always = _always(rig, zero, slope) + more
+    sources = Sources(always + _friction_terms(friction, moving, response), response, geometry)
+    force_cells = response.coefficients @ net
+    force_N = horizontal_force(force_cells[0], force_cells[1], geometry.spacing_mm)
+    std_N = force_std(net, sources)
+    arm_features, arm_sources = (net, sources) if per_cell else (raw, Sources(always, response, geometry))
+    arm_force, arm_lower = (force_N, force_cells[1]) if per_cell else (raw_N, raw_cells[1])
+    arm_mm = line_of_action(arm_lower, arm_force, geometry.lower_to_tip_mm)
+    arm_mm_std = arm_std(arm_features, arm_sources)
+    small = ~(np.abs(arm_force) >= ARM_LIMIT * std_N)
+    for values in (arm_mm, arm_mm_std):
+        values[small] = np.nan
+    std_N[~np.isfinite(force_N)] = np.nan
+    return ForceArrays(force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources)
+
+
+def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
+    """Budget of one sample at the mean load of the rows ``loaded`` (N,): see :func:`budget_table`."""
+    count = found.features.shape[0]
+    features = found.features[:, loaded].mean(axis=1) if loaded.any() else np.zeros(count)
+    weights = {}
+    for term in found.sources.terms:
+        some = np.broadcast_to(np.asarray(term.weight, float), loaded.shape)
+        weights[term.name] = (
+            float(some[loaded].mean()) if loaded.any() else float(some.mean() if some.size else 0)
+        )
+    return budget_table(features, weights, found.sources)
+
+
+def _mean_reading(readings: Floats, moving: NDArray[np.bool_]) -> Floats:
+    """Mean reading (2,) while the blade moves; 0 where there is none."""
+    some = readings[:, moving & np.isfinite(readings).all(axis=0)]
+    return some.mean(axis=1) if some.size else np.zeros(2)
+
+
+def _always(rig: Rig, zero: ZeroLine, slope: Floats) -> tuple[Term, ...]:
+    """Noise and zeros; what was taken off is stated with the first of the zeros' terms."""
+    none = np.zeros(2)
+    terms = [Term("noise of one sample", slope @ rig.noise_cov @ slope.T, 1.0, none)]
+    level = slope @ zero.offset.mean(axis=1)
+    for place, (name, cov, weight) in enumerate(zero.parts):
+        terms.append(Term(name, slope @ cov @ slope.T, weight, none if place else level))
+    return tuple(terms)
+
+
+def _friction_terms(
+    friction: Friction | None, moving: NDArray[np.bool_], response: CellResponse
+) -> tuple[Term, ...]:
+    if friction is None:
+        return ()
+    while_moving = moving.astype(np.float64)
+    level = response.coefficients @ friction.features.mean(axis=1)
+    return (
+        Term("friction", friction.cov, while_moving, level, friction.dof),
+        Term("friction along the travel", friction.variation_cov, while_moving, np.zeros(2)),
+    )

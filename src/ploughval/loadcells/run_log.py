@@ -1,0 +1,59 @@
+"""One log as arrays, with what its displacement says of rest and motion."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ploughval.loadcells.log import Log
+from ploughval.loadcells.motion import Motion, find_motion
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunLog:
+    """One run.
+
+    ``time_s`` (N,); ``u_mm`` (N,); ``readings`` (2, N) of the (upper, lower) cell in the log's unit;
+    ``motion`` None where the displacement shows none.
+    """
+
+    name: str
+    time_s: Floats
+    u_mm: Floats
+    readings: Floats
+    motion: Motion | None
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Rows (N,) from the onset of motion on."""
+        rows = np.arange(self.time_s.size)
+        return np.asarray(rows >= (rows.size if self.motion is None else self.motion.onset))
+
+    @property
+    def resting(self) -> NDArray[np.bool_]:
+        """Rows (N,) at rest before motion; all of them without motion."""
+        rows = np.arange(self.time_s.size)
+        return np.asarray(rows < (rows.size if self.motion is None else self.motion.rest_end))
+
+    @property
+    def speed_mm_s(self) -> float:
+        """Mean speed of the steady travel, signed; NaN without one."""
+        if self.motion is None:
+            return float("nan")
+        steady = slice(self.motion.steady_start, self.motion.steady_end)
+        t, u = self.time_s[steady], self.u_mm[steady]
+        good = np.isfinite(u)
+        if good.sum() < 3:
+            return float("nan")
+        t = t[good] - t[good].mean()
+        return float(t @ u[good] / (t @ t))
+
+
+def arrays_of(log: Log, name: str) -> RunLog:
+    """The columns of a log as arrays."""
+    data = log.data
+    readings = np.stack([data["moment_upper"].to_numpy(), data["moment_lower"].to_numpy()])
+    u = data["displacement_mm"].to_numpy()
+    return RunLog(name, data["time_s"].to_numpy(), u, readings, find_motion(u))
