@@ -49,9 +49,12 @@ class Camera(Table):
     """[camera]: the photographs, their times and their geometry."""
 
     photos: str = Field(description="pattern of the photographs, relative to the test folder")
-    times: Literal["exif"] | str | Interval | None = Field(
-        None, description='CSV (file,time_s), "exif", {start_s, interval_s}, or absent: times unknown'
+    times: Literal["exif", "video"] | str | Interval | None = Field(
+        None,
+        description='CSV (file,time_s), "exif", "video" (as a video or GIF says), {start_s, interval_s}, or '
+        "absent: times unknown",
     )
+    every: int = Field(1, ge=1, le=100_000, strict=True, description="each Nth picture is used, from the first")
     mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
     mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
     tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")
@@ -76,6 +79,11 @@ class Camera(Table):
     view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
         None, description="[x0, y0, x1, y1] part of the photograph that shows the test, px"
     )
+
+    @property
+    def times_file(self) -> str | None:
+        """Name of the CSV table of times; None where the times come from elsewhere."""
+        return self.times if isinstance(self.times, str) and self.times not in ("exif", "video") else None
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:

@@ -228,7 +228,7 @@ def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
     if isinstance(camera, dict):
         board = camera.get("board")
         yield from _text("camera.photos", camera.get("photos"), is_pattern=True)
-        if camera.get("times") != "exif":
+        if camera.get("times") not in ("exif", "video"):
             yield from _text("camera.times", camera.get("times"))
         yield from _text("camera.calibration", camera.get("calibration"))
         if isinstance(board, dict):

@@ -9,7 +9,9 @@ from PIL import Image
 from ploughval.errors import DataError
 from ploughval.photos.decode import read_header
 from ploughval.photos.exif import ExifTime
-from ploughval.photos.times import exif_times, interval_times, refuse_doubled, table_times
+from ploughval.photos.exif_times import exif_times
+from ploughval.photos.times import interval_times, refuse_doubled
+from ploughval.photos.times_table import table_times
 
 PATHS = [Path(f"photos/{k}.jpg") for k in range(6)]
 

@@ -1,6 +1,7 @@
 """Photographs: reading, order, times, and calibration from px to mm."""
 
 from ploughval.photos.calibration import Calibration, calibrate
-from ploughval.photos.frames import FrameSeries, open_frames
+from ploughval.photos.frames import FrameSeries
+from ploughval.photos.opening import open_frames
 
 __all__ = ["Calibration", "FrameSeries", "calibrate", "open_frames"]

@@ -2,6 +2,8 @@
 
 import struct
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -11,13 +13,14 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from ploughval.errors import DataError
-from ploughval.photos import raw, tiff
+from ploughval.photos import gif, raw, tiff, video
 from ploughval.photos.exif import PNG_MAGIC, load_png, read_tags
 from ploughval.photos.grey import Channel, Samples, to_grey
 from ploughval.photos.header import Header
+from ploughval.photos.pillow import samples_of
 
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
-ENDINGS |= {".jp2", ".webp"}
+ENDINGS |= video.ENDINGS | {".jp2", ".webp"}
 _JPEG_MAGIC = b"\xff\xd8\xff"
 _JPEG2000_MAGIC = (b"\0\0\0\x0cjP  ", b"\xff\x4f\xff\x51")
 _BROKEN = (
@@ -47,18 +50,14 @@ def read_header(path: Path) -> Header:
     MissingExtraError
         A RAW file without the extra ``raw``.
     """
-    start = b""
-    try:
+    with naming_faults(path, "read"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of damaged EXIF blocks; the picture may be sound
         start = _first_bytes(path)
         if path.suffix.lower() in raw.ENDINGS:
             return raw.raw_header(path)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow warns of damaged EXIF blocks; the picture may be sound
-            return tiff.tiff_header(path) if start[:4] in tiff.MAGIC else _pillow_header(path, start)
-    except UnidentifiedImageError:
-        raise DataError(_unidentified(start), path=path) from None
-    except _BROKEN as error:
-        raise DataError(f"cannot be read: {error or type(error).__name__}", path=path) from error
+        if path.suffix.lower() in video.ENDINGS:
+            return video.video_header(path)
+        return tiff.tiff_header(path) if start[:4] in tiff.MAGIC else _pillow_header(path, start)
 
 
 def decode(path: Path, page: int = 0, *, channel: Channel = "grey") -> Samples:
@@ -67,9 +66,10 @@ def decode(path: Path, page: int = 0, *, channel: Channel = "grey") -> Samples:
     Parameters
     ----------
     path : Path
-        JPEG, PNG, TIFF, BMP, GIF, JPEG 2000, WebP, or RAW with the extra ``raw``; told by content.
+        JPEG, PNG, TIFF, BMP, GIF, JPEG 2000 or WebP, told by content; a video or RAW (with the extra
+        ``raw``), told by the ending.
     page : int
-        Which picture of a multi-page TIFF or an animated GIF.
+        Which picture of a multi-page TIFF, an animated GIF or a video.
     channel : str
         See :func:`ploughval.photos.grey.to_grey`.
 
@@ -82,17 +82,19 @@ def decode(path: Path, page: int = 0, *, channel: Channel = "grey") -> Samples:
     DataError
         The file cannot be decoded in full.
     """
-    start = b""
+    with naming_faults(path, "decoded"):
+        return to_grey(_samples(path, _first_bytes(path), page, channel), channel)
+
+
+@contextmanager
+def naming_faults(path: Path, action: str) -> Iterator[None]:
+    """Turn what decoders raise on a bad file into a DataError that names it."""
     try:
-        start = _first_bytes(path)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of damaged EXIF blocks
-            samples = _samples(path, start, page, channel)
+        yield
     except UnidentifiedImageError:
-        raise DataError(_unidentified(start), path=path) from None
+        raise DataError(_unidentified(path), path=path) from None
     except _BROKEN as error:
-        raise DataError(f"cannot be decoded: {error or type(error).__name__}", path=path) from error
-    return to_grey(samples, channel)
+        raise DataError(f"cannot be {action}: {error or type(error).__name__}", path=path) from error
 
 
 def decode_8bit(path: Path) -> NDArray[np.uint8]:
@@ -107,6 +109,8 @@ def decode_8bit(path: Path) -> NDArray[np.uint8]:
 def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
     if path.suffix.lower() in raw.ENDINGS:
         return raw.decode_raw(path)
+    if path.suffix.lower() in video.ENDINGS:
+        return video.VideoFile(path, channel).read(page)
     if start[:4] in tiff.MAGIC:
         return tiff.decode_tiff(path, page)
     if _png_bits(start) == 16 or start.startswith(_JPEG2000_MAGIC):
@@ -114,8 +118,8 @@ def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
     return _decode_pillow(path, page, luma=channel == "grey")
 
 
-def _unidentified(start: bytes) -> str:
-    if start.startswith(_JPEG_MAGIC):
+def _unidentified(path: Path) -> str:
+    if _first_bytes(path).startswith(_JPEG_MAGIC):
         return "is a JPEG that cannot be read: damaged, lossless or of 12 bits; expected 8 bits a sample"
     return "is not a picture (its first bytes fit no known format)"
 
@@ -134,13 +138,14 @@ def _png_bits(start: bytes) -> int:
 
 def _pillow_header(path: Path, start: bytes) -> Header:
     with Image.open(path) as image:
-        count = int(getattr(image, "n_frames", 1)) if image.format == "GIF" else 1
+        if image.format == "GIF":
+            return gif.gif_header(image)
         if image.format == "JPEG2000":
             bits = 8 * _decode_opencv(path.read_bytes()).itemsize
         else:
             bits = _png_bits(start) or (16 if image.mode.startswith("I;16") else 8)
         tags = read_tags(image.getexif if image.format != "PNG" else lambda: load_png(path))
-        return Header(image.size[::-1], max(bits, 8), tuple(range(count)), tags)
+        return Header(image.size[::-1], max(bits, 8), tags=tags)
 
 
 def _decode_pillow(path: Path, page: int, *, luma: bool) -> Samples:
@@ -150,19 +155,6 @@ def _decode_pillow(path: Path, page: int, *, luma: bool) -> Samples:
         if luma and image.format in ("JPEG", "MPO"):
             image.draft("L", image.size)  # the stored luma itself: same rule, half the time
         return samples_of(image)
-
-
-def samples_of(image: Image.Image) -> Samples:
-    """Samples of a Pillow image, (H, W) or (H, W, 3); ValueError where they are neither 8 nor 16 bit."""
-    if image.mode in ("I", "F"):
-        raise ValueError(f"samples of mode {image.mode}; expected 8 or 16 bit")
-    if image.mode.startswith("I;16"):
-        return np.asarray(image).astype(np.uint16)
-    if image.mode in ("L", "RGB"):
-        return np.asarray(image)
-    if image.mode in ("1", "LA", "La"):
-        return np.asarray(image.convert("LA"))[..., 0]
-    return np.asarray(image.convert("RGBA"))[..., :3]
 
 
 def _decode_opencv(data: bytes) -> Samples:

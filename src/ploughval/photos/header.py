@@ -9,8 +9,8 @@ from ploughval.photos.exif import Tags
 class Header:
     """Size, depth, pictures and tags of a file.
 
-    shape (H, W) as stored, bits a sample (8 or 16), indices of its full pictures, EXIF tags, and the time of
-    each picture since the first, s, where the file is a video or an animation; empty where it holds none.
+    shape (H, W) as stored, bits a sample (8 or 16), indices of its full pictures, EXIF tags, the time of each
+    picture of a video or an animation since the first, s (empty where there is none), and notes on the file.
     """
 
     shape: tuple[int, int]
@@ -18,3 +18,4 @@ class Header:
     pages: tuple[int, ...] = (0,)
     tags: Tags = field(default_factory=Tags)
     page_time_s: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()

@@ -65,7 +65,7 @@ def _window_patterns(scene: Scene) -> list[str]:
     camera = scene.camera
     if camera is None:
         return []
-    times = [camera.times] if isinstance(camera.times, str) and camera.times != "exif" else []
+    times = [] if camera.times_file is None else [camera.times_file]
     boards = [] if camera.board is None else [camera.board.picture]
     earlier = [] if camera.calibration is None else [camera.calibration]
     return [camera.photos, *times, *boards, *earlier]

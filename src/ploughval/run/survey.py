@@ -14,9 +14,9 @@ from ploughval.errors import PloughvalError
 from ploughval.loadcells.log import read_log
 from ploughval.loadcells.motion import find_motion
 from ploughval.photos.decode import ENDINGS, read_header
-from ploughval.photos.frames import natural_key
+from ploughval.photos.exif_times import exif_times
 from ploughval.photos.header import Header
-from ploughval.photos.times import exif_times
+from ploughval.photos.order import natural_key
 from ploughval.scene import LogColumns
 
 log = logging.getLogger(__name__)
