@@ -22,20 +22,46 @@ class LogColumns(Table):
     date: str | None = Field(None, description="column of dates, where time_s is one of times of day alone")
 
 
+class Staircase(Table):
+    """[[loadcells.calibration.staircases]]: a log in which known loads were hung on one after the other."""
+
+    log: str = Field(description="CSV file with the columns of the log, relative to the test folder")
+    loads_N: tuple[Finite, ...] = Field(min_length=2, description="loads in the order in which they hung, N")
+    arm_mm: Finite = Field(description="height of the loads above the tip, mm")
+    load_std_N: NotNegative = Field(0.0, description="standard uncertainty of each load, N")
+    arm_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the arm, mm")
+
+
 class CellCalibration(Table):
-    """[loadcells.calibration]: moment per unit of the log, with standard uncertainties."""
+    """[loadcells.calibration]: constants with their standard uncertainties, or files of known loads."""
 
     upper_Nm_per_unit: Finite = 1.0
     lower_Nm_per_unit: Finite = 1.0
     upper_Nm_per_unit_std: NotNegative = 0.0
     lower_Nm_per_unit_std: NotNegative = 0.0
+    files: tuple[str, ...] = Field((), description="patterns of calibration tables")
+    staircases: tuple[Staircase, ...] = ()
+    g_m_s2: Positive = Field(9.80665, description="acceleration of gravity where mass_kg is given, m/s^2")
+
+    @classmethod
+    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
+        """Constants beside files that give them."""
+        if not values.get("files") and not values.get("staircases"):
+            return []
+        both = [
+            key
+            for key, field in cls.model_fields.items()
+            if "_per_unit" in key and values.get(key, field.default) != field.default
+        ]
+        expected = "either constants or files and staircases"
+        return [Fault(key, f"{values[key]!r} beside calibration files", expected) for key in both]
 
 
 class LoadCells(Table):
     """[loadcells]: two bending-moment cells and their log."""
 
     log: str | Annotated[tuple[str, ...], Field(min_length=1)] = Field(
-        description="CSV or TDMS file, relative to the test folder; or a list of files or patterns, in sequence"
+        description="CSV or TDMS file, relative to the test folder, or a list of files and patterns"
     )
     rate_hz: Positive | None = Field(
         None, description="rows a second, where the log holds sample numbers or no times"

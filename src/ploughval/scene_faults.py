@@ -234,10 +234,25 @@ def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
         if isinstance(board, dict):
             yield from _text("camera.board.picture", board.get("picture"))
     if isinstance(cells, dict):
-        yield from _text("loadcells.log", cells.get("log"))
+        log = cells.get("log")
+        named = isinstance(log, str) and not any(sign in log for sign in "*?[")
+        yield from _text("loadcells.log", log, is_pattern=not named)
+        for k, name in enumerate(log if isinstance(log, list) else []):
+            yield from _text(f"loadcells.log.{k}", name, is_pattern=True)
         empty = cells.get("empty")
         for k, name in enumerate(empty if isinstance(empty, list) else []):
             yield from _text(f"loadcells.empty.{k}", name, is_pattern=True)
+        yield from _calibration_files(cells.get("calibration"))
+
+
+def _calibration_files(given: Any) -> Iterator[tuple[str, str, bool]]:
+    """The same of the files that calibrate the cells."""
+    files, logs = (given.get(k) if isinstance(given, dict) else None for k in ("files", "staircases"))
+    for k, name in enumerate(files if isinstance(files, list) else []):
+        yield from _text(f"loadcells.calibration.files.{k}", name, is_pattern=True)
+    for k, staircase in enumerate(logs if isinstance(logs, list) else []):
+        if isinstance(staircase, dict):
+            yield from _text(f"loadcells.calibration.staircases.{k}.log", staircase.get("log"))
 
 
 def _text(place: str, name: Any, *, is_pattern: bool = False) -> Iterator[tuple[str, str, bool]]:

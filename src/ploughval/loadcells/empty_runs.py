@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ploughval.errors import PloughvalError
 from ploughval.loadcells.friction import EmptyRun, Friction, empty_run, friction_of
-from ploughval.loadcells.log import read_log
+from ploughval.loadcells.log_files import log_paths, read_cell_log
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.run_log import RunLog, arrays_of
 from ploughval.loadcells.zero import Zero
@@ -16,12 +16,12 @@ _SHORT = 0.98  # of the test's travel
 
 def read_empty(scene: Scene, cells: LoadCells, faults: list[str]) -> list[RunLog]:
     """All empty-box runs that can be read; one that cannot is left out by name."""
-    log = scene.path(cells.log)
-    paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - {log})
+    logs = set(log_paths(scene, cells))
+    paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - logs)
     runs = []
     for path in paths:
         try:
-            empty = read_log(path, cells.columns)
+            empty = read_cell_log(path, cells)
         except PloughvalError as error:
             faults.append(f"empty-box run left out: {error}")
             continue

@@ -15,7 +15,7 @@ from ploughval.loadcells.checks import STATUSES, status_column
 from ploughval.loadcells.contact import Contact, find_contact
 from ploughval.loadcells.empty_runs import friction_from, read_empty
 from ploughval.loadcells.friction import Friction
-from ploughval.loadcells.log import read_log
+from ploughval.loadcells.log_files import log_paths, read_cell_log
 from ploughval.loadcells.record import ForceArrays, Rig, force_from_readings, mean_budget
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.rest import zero_at_rest, zeros_over
@@ -104,9 +104,9 @@ def measure_force(scene: Scene) -> ForceResult:
     geometry = CellGeometry(
         cells.spacing_mm, cells.lower_to_tip_mm, cells.spacing_std_mm, cells.lower_to_tip_std_mm
     )
-    table = read_log(scene.path(cells.log), cells.columns)
-    faults = list(table.faults)
-    log = arrays_of(table, cells.log)
+    table = read_cell_log(log_paths(scene, cells), cells)
+    faults = [*table.notes, *table.faults]
+    log = arrays_of(table, ", ".join(cells.log_patterns))
     empty = read_empty(scene, cells, faults)
     wiring = wiring_of(log, empty, response, geometry, scene.blade.depth_mm, faults)
     log, empty = wiring.rewired(log), [wiring.rewired(run) for run in empty]

@@ -43,7 +43,8 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
     results = scene.folder / "results" if results is None else results
     curve = measured_curve(measure_force(scene).record, scene.blade.depth_mm)
     if curve is None:
-        raise DataError("holds no motion of the blade: a fit needs a force history", path=scene.loadcells.log)
+        log = ", ".join(scene.loadcells.log_patterns)
+        raise DataError("holds no motion of the blade: a fit needs a force history", path=log)
     shared = float(np.median(curve.shared_std_N))
     fitted = fit_soil(curve.u_mm, curve.force_N, curve.noise_std_N, scene, shared_std_N=shared)
     path = results / "fit.json"

@@ -1,0 +1,164 @@
+"""The dialect of a text table: encoding, separator, decimal sign, headers and where its numbers start."""
+
+import codecs
+import contextlib
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from ploughval.errors import DataError
+from ploughval.loadcells.log_names import Wanted
+from ploughval.loadcells.log_units import stem_and_unit
+
+SPACES = r"\s+"
+_SEPARATORS = (";", "\t", ",", "|", SPACES)
+_HEAD_LINES = 200
+_HEAD_BYTES = 262_144
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
+_MOMENT_IN_TIME = re.compile(r"(?=.*[:/.-].*)\d[\dT:/., +-]*\d?( ?[AaPp][Mm]|Z)?")
+_NOT_A_NUMBER = frozenset({"", "nan", "na", "n/a", "inf", "+inf", "-inf", "null", "none", "-", "--"})
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a text table is written.
+
+    Attributes
+    ----------
+    encoding, separator, decimal : str
+    names, below : tuple of str
+        Fields of the header, and of the row of units under it; numbers from 1 without a header.
+    skip : int
+        Lines before the first row of numbers.
+    quoted : bool
+        Whether cells with numbers stand in quotes.
+    """
+
+    encoding: str
+    separator: str
+    decimal: str
+    names: tuple[str, ...]
+    below: tuple[str, ...]
+    skip: int
+    quoted: bool
+
+
+def find_dialect(start: bytes, wanted: Wanted, path: Path) -> Dialect:
+    """Find the dialect from a file's first bytes (a whole number of lines is not needed).
+
+    Raises
+    ------
+    DataError
+        No row of numbers within the first lines.
+    """
+    encoding = _encoding(start)
+    text = start[:_HEAD_BYTES].decode(encoding, errors="replace")
+    head = re.split(r"\r\n|\r|\n", text)[:_HEAD_LINES]
+    if len(start) >= _HEAD_BYTES and len(head) > 1 and len(head) < _HEAD_LINES:
+        head = head[:-1]
+    separator = max(_SEPARATORS, key=lambda sign: _score(head, sign, wanted))
+    rows = [split_line(line, separator) for line in head]
+    counts = [_names_in(row, wanted) for row in rows]
+    named = counts.index(max(counts)) if any(counts) else None
+    places = _value_places([] if named is None else rows[named], wanted)
+    first = next(
+        (k for k in range(0 if named is None else named + 1, len(rows)) if _is_data(rows[k], places)), None
+    )
+    if first is None:
+        raise DataError(
+            f"no row of numbers in its first {_HEAD_LINES} lines; expected the columns "
+            f"{', '.join(wanted.names.values())}",
+            path=path,
+        )
+    if named is None and first > 0:
+        above = [k for k in range(first) if len(rows[k]) == len(rows[first]) and any(rows[k])]
+        named = above[0] if above else None
+    width = len(rows[first])
+    names = tuple(rows[named]) if named is not None else tuple(str(k + 1) for k in range(width))
+    names += tuple(f"column {k + 1}" for k in range(len(names), width))
+    filled = [] if named is None else [rows[k] for k in range(named + 1, first) if any(rows[k])]
+    below = next((row for row in filled if len(row) == len(names) and not _is_data(row, [])), [])
+    numbers = rows[first:]
+    comma = any("," in field for row in numbers for field in row if _is_number(field))
+    quoted = any('"' in line for line in head[first:])
+    return Dialect(encoding, separator, "," if comma else ".", names, tuple(below), first, quoted)
+
+
+def split_line(line: str, separator: str) -> list[str]:
+    """Fields of one line, without quotes and blanks around them."""
+    if separator == SPACES:
+        line, separator = " ".join(line.split()), " "
+    fields = line.split(separator)
+    if '"' in line:
+        with contextlib.suppress(csv.Error):  # at a stray quote the plain fields are as good
+            fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    return [field.strip().strip('"').strip() for field in fields]
+
+
+def _encoding(start: bytes) -> str:
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    for offset, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        half = start[offset:4096:2]
+        if len(half) > 1 and half.count(0) > 0.9 * len(half) and start[1 - offset : 4096 : 2].count(0) == 0:
+            return encoding
+    try:
+        start.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if error.start < len(start) - 4:  # not just a letter cut in two by the end of the block
+            return "latin-1"
+    return "utf-8-sig"
+
+
+def _is_number(field: str) -> bool:
+    return _NUMBER.fullmatch(field) is not None
+
+
+@lru_cache(maxsize=4096)
+def _folded(field: str) -> frozenset[str]:
+    return frozenset({field.casefold(), stem_and_unit(field)[0].casefold()}) - {""}
+
+
+def _names_in(fields: Sequence[str], wanted: Wanted) -> int:
+    """How many of the wanted names stand in a line that is not one of numbers alone."""
+    if all(map(_is_number, fields)):
+        return 0
+    there = frozenset[str]().union(*map(_folded, fields))
+    return sum(bool(_folded(name) & there) for name in wanted.names.values())
+
+
+def _score(head: Sequence[str], separator: str, wanted: Wanted) -> tuple[int, int, int]:
+    """How well a separator splits: wanted names in one line, then numbers, then fields of a time."""
+    rows = [split_line(line, separator) for line in head]
+    names = max((_names_in(row, wanted) for row in rows), default=0)
+    numbers = sum(sum(map(_is_number, row)) for row in rows if len(row) > 1)
+    return names, numbers, sum(sum(map(_is_time, row)) for row in rows if len(row) > 1)
+
+
+def _is_time(field: str) -> bool:
+    return len(field) < 40 and _MOMENT_IN_TIME.fullmatch(field) is not None
+
+
+def _value_places(header: Sequence[str], wanted: Wanted) -> list[int]:
+    """Places of the displacement and the moments by a line of names, or by numbers in place of names."""
+    places = []
+    for key, name in wanted.names.items():
+        stem = stem_and_unit(name)[0]
+        found = [k for k, field in enumerate(header) if _folded(name) & _folded(field)]
+        if not found and stem.isdecimal() and len(stem) < 6:
+            found = [int(stem) - 1]
+        places += found if key not in ("time_s", "date") else []
+    return places
+
+
+def _is_data(fields: Sequence[str], places: Sequence[int]) -> bool:
+    """Whether a line belongs to the numbers, judged by the fields at these places (none: by all of them)."""
+    judged = [fields[k] for k in places if 0 <= k < len(fields)] if places else list(fields)
+    numbers = sum(map(_is_number, judged))
+    least = min(2, len(places)) if places else 2
+    return numbers >= least and all(
+        _is_number(f) or f.lower() in _NOT_A_NUMBER or (not places and _is_time(f)) for f in judged
+    )

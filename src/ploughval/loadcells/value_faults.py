@@ -1,0 +1,176 @@
+"""Faults of a log's values: dropouts, spikes, readings at the end of the range, cells that stand still."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_LARGEST = 1e30  # no reading is larger
+_DROPOUT_NOISE = 20.0  # a dropout leaves its neighbours by this many times the noise ...
+_DROPOUT_RANGE = 0.5  # ... and by this part of the column's range
+_SPIKE_ROWS = 8  # a spike lasts fewer rows
+_SPIKE_NOISE = 20.0  # it rises and falls by this many times the usual step within one row ...
+_SPIKE_RANGE = 0.1  # ... and by this part of the column's range ...
+_SPIKE_RETURN = 0.25  # ... and comes back to where it started to within this part of its height
+_LEAST_SATURATED = 5  # rows
+_LEAST_STUCK = 20  # rows
+_COARSE = 0.5  # share of equal neighbours above which steps are too coarse to tell a stop from chance
+_SAMPLES = 100_000
+
+
+def not_finite(values: Floats) -> Mask:
+    """Rows that hold no number, or one too large to be a reading: (N,) bool."""
+    return ~(np.abs(values) < _LARGEST)
+
+
+def dropouts(values: Floats) -> Mask:
+    """Rows (at most two together) far from the median of the five rows around them: (N,) bool.
+
+    Far is more than half the range of the column (1st to 99th percentile) and 20 times its noise.
+    """
+    found = np.zeros(values.size, dtype=bool)
+    scale = _Scale.of(values)
+    if scale is None:
+        return found
+    limit = max(_DROPOUT_RANGE * scale.range, _DROPOUT_NOISE * scale.noise, 1e-12 * scale.largest)
+    steep = np.flatnonzero(np.abs(np.diff(values)) > limit)
+    missing = np.flatnonzero(~np.isfinite(values))
+    # A dropout of two rows has its steep steps two rows apart: look at both sides of each. Beside a row
+    # without a value there is no step to see.
+    near = np.concatenate([steep - 1, steep, steep + 1, steep + 2])
+    if missing.size < 0.01 * values.size:
+        near = np.concatenate([near, missing - 1, missing + 1])
+    near = np.unique(near)
+    near = near[(near >= 0) & (near < values.size)]
+    around = near[:, None] + np.arange(-2, 3)
+    around = np.where(around < 0, -around, around)
+    around = np.where(around >= values.size, 2 * (values.size - 1) - around, around)
+    usable = np.isfinite(values[around]).sum(axis=1) > 1
+    near, window = near[usable], values[around][usable]
+    middle = np.nanmedian(window, axis=1) if near.size else np.empty(0)
+    found[near] = np.abs(values[near] - middle) > limit
+    return found
+
+
+def spikes(values: Floats) -> Mask:
+    """Rows of short excursions that the rows around them do not explain: (N,) bool.
+
+    A spike rises within one row and falls within one row, fewer than eight rows later, back to where it
+    started. A drop of the force as a band gives way falls as steeply but stays: it is none. Where the steps
+    of the reading are as coarse as the excursion nothing is told.
+    """
+    found = np.zeros(values.size, dtype=bool)
+    scale = _Scale.of(values)
+    if scale is None:
+        return found
+    rows = np.flatnonzero(np.isfinite(values))
+    v = values[rows]
+    steps = np.diff(v)
+    limit = max(_SPIKE_RANGE * scale.range, _SPIKE_NOISE * scale.noise)
+    edges = np.flatnonzero(np.abs(steps) > limit)
+    last = -1
+    for i, j in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        # The rows i + 1 to j stand between two steep steps.
+        if i <= last or j - i >= _SPIKE_ROWS or steps[i] * steps[j] > 0:
+            continue
+        before, after = v[max(i - 4, 0) : i + 1], v[j + 1 : j + 6]
+        height = float(np.median(v[i + 1 : j + 1])) - 0.5 * float(np.median(before) + np.median(after))
+        back = abs(float(np.median(after) - np.median(before)))
+        level = max(float(np.ptp(before)), float(np.ptp(after)))
+        if abs(height) > limit and back < _SPIKE_RETURN * abs(height) and level < 0.5 * abs(height):
+            found[rows[i + 1 : j + 1]] = True
+            last = j
+    return found
+
+
+def saturated(values: Floats, onset: int) -> Mask:
+    """Rows from ``onset`` on that repeat the column's extreme longer than chance allows: (N,) bool."""
+    found = np.zeros(values.size, dtype=bool)
+    moving = values[onset:]
+    finite = moving[np.isfinite(moving)]
+    if finite.size < 2 * _LEAST_SATURATED or finite.min() == finite.max():
+        return found
+    for extreme in (float(finite.min()), float(finite.max())):
+        starts, ends = _runs(moving == extreme)
+        if starts.size == 0 or (ends - starts).max() < _LEAST_SATURATED:
+            continue
+        least = max(_LEAST_SATURATED, _longest_by_chance(finite[finite != extreme], finite.size))
+        for start, end in zip(starts, ends, strict=True):
+            if end - start >= least:
+                found[onset + start : onset + end] = True
+    return found
+
+
+def stuck(values: Floats, other: Floats, onset: int) -> Mask:
+    """Rows from ``onset`` on in which one cell stands still longer than chance allows as the other moves.
+
+    Parameters
+    ----------
+    values, other : (N,) float
+        The cell, and the other one.
+    onset : int
+        First row of motion.
+
+    Returns
+    -------
+    (N,) bool
+    """
+    found = np.zeros(values.size, dtype=bool)
+    moving, beside = values[onset:], other[onset:]
+    if moving.size < _LEAST_STUCK:
+        return found
+    equal = np.concatenate([[False], np.diff(moving) == 0])
+    starts, ends = _runs(equal)
+    long = ends - starts + 1 >= _LEAST_STUCK
+    if not long.any():
+        return found
+    inside = np.zeros(moving.size, dtype=bool)
+    for start, end in zip(starts[long], ends[long], strict=True):
+        inside[start - 1 : end] = True
+    free = moving[~inside]
+    least = max(_LEAST_STUCK, _longest_by_chance(free[np.isfinite(free)], moving.size))
+    for start, end in zip(starts[long] - 1, ends[long], strict=True):
+        part = beside[start:end]
+        part = part[np.isfinite(part)]
+        if end - start >= least and part.size > 1 and float(np.mean(np.diff(part) != 0)) > _COARSE:
+            found[onset + start : onset + end] = True
+    return found
+
+
+def _longest_by_chance(values: Floats, count: int) -> float:
+    """Rows that a run of one value is not longer than by chance, among values that repeat as these do.
+
+    Coarse steps repeat by chance: a run of n has probability equal ** (n - 1) at each of the ``count`` rows.
+    """
+    equal = float(np.mean(np.diff(values) == 0)) if values.size > 1 else 0.0
+    if equal > _COARSE:
+        return np.inf
+    return 1 + (np.log(count) + 7.0) / -np.log(equal) if equal > 0 else 0.0
+
+
+def _runs(inside: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First rows, and rows after the last, of each stretch that is true."""
+    edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
+    return edges[::2], edges[1::2]
+
+
+class _Scale:
+    """How large a column's values, their range and their usual steps are."""
+
+    def __init__(self, finite: Floats, values: Floats) -> None:
+        some = finite[:: max(finite.size // _SAMPLES, 1)]
+        low, high = np.percentile(some, [1.0, 99.0])
+        self.range = float(high - low)
+        self.largest = float(np.abs(some).max())
+        steps = np.abs(np.diff(values))
+        steps = steps[steps > 0]  # a coarse reading stands still between its steps
+        self.noise = (
+            1.4826 * float(np.median(steps[:: max(steps.size // _SAMPLES, 1)])) if steps.size else 0.0
+        )
+
+    @classmethod
+    def of(cls, values: Floats) -> "_Scale | None":
+        """The scale of a column; None with fewer than ten numbers."""
+        finite = values[np.isfinite(values)]
+        return cls(finite, values) if finite.size >= 10 else None
