@@ -1,5 +1,7 @@
 """Test folders with photographs, written in each case from nothing."""
 
+import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +11,27 @@ from PIL import Image
 from ploughval.scene import Scene
 
 
+@pytest.fixture(scope="session")
+def cameras():
+    """Cameras known exactly, from the benchmarks' own ray tracing."""
+    path = Path(__file__).parents[2] / "benchmarks" / "made_cameras.py"
+    spec = importlib.util.spec_from_file_location("made_cameras", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
 @pytest.fixture
 def make_scene(tmp_path):
     """A scene of the folder tmp_path with the given [camera] keys."""
 
     def make(**camera) -> Scene:
-        geometry = {} if {"control_points", "board"} & set(camera) else {"mm_per_px": 0.1, "tip_px": [5, 6]}
+        geometry = (
+            {}
+            if {"control_points", "board", "calibration"} & set(camera)
+            else {"mm_per_px": 0.1, "tip_px": [5, 6]}
+        )
         return Scene.model_validate(
             {
                 "folder": tmp_path,

@@ -19,9 +19,11 @@ from ploughval.scene import Window
 Array = NDArray[np.float64]
 Terms = tuple[int, ...]
 
-LEVEL = 0.01  # chance to take a term of a lens that has none
-LEAST_FREEDOM = 4  # redundant coordinates that must be left once a term is taken
+LEVEL = 0.01  # chance to take k1 of a lens that has none
+LEVEL_MORE = 0.001  # and any term after it: taken wrongly they cost more, for few points hold them
+LEAST_FREEDOM = 3  # redundant coordinates that must be left once a term is taken; 1 where their std is known
 ASSUMED_STD_PX = 0.5  # of a coordinate where fewer are redundant and nothing is said
+ASSUMED_K1_STD = 0.005  # of a lens that nothing is known of
 _NOISE_FLOOR_PX = 1e-5  # below it points are exact, and rounding is not to be explained
 _RADIAL, _TANGENTIAL = (0, 1, 2), (3, 4)
 
@@ -125,7 +127,7 @@ def fit_camera(points: PointSet, window: Window | None = None) -> CameraFit:
     """
     fit = fit_terms(points, (), window)
     tests: list[TermTest] = []
-    aside = np.zeros((13, 0))
+    aside = [] if _room(points, 9) else [_unknown_lens(points, fit, window)]
     while True:
         trials = [
             (added, trial) for added in _next_terms(fit.terms) if (trial := _try(points, fit, added, window))
@@ -134,14 +136,13 @@ def fit_camera(points: PointSet, window: Window | None = None) -> CameraFit:
             break
         chances = [_chance(fit, larger, points.std_px is not None) for _, larger in trials]
         best = int(np.argmin(chances))
-        taken = chances[best] < LEVEL / len(trials)
+        taken = chances[best] < (LEVEL_MORE / len(trials) if fit.terms else LEVEL)
         tests.append(TermTest(tuple(TERMS[k] for k in trials[best][0]), chances[best], taken))
         if not taken:
-            # What the next term would change is not known to be nothing: it counts as a source of its own.
-            aside = (trials[best][1].model.parameters - fit.model.parameters)[:, None]
+            aside = [_left_out(fit, larger, points.std_px is not None) for _, larger in trials]
             break
         fit = trials[best][1]
-    return _with_std(fit, points, tuple(tests), aside)
+    return _with_std(fit, points, tuple(tests), np.stack([*aside, np.zeros(13)], axis=-1))
 
 
 def fit_terms(points: PointSet, terms: Terms, window: Window | None = None) -> CameraFit:
@@ -242,15 +243,15 @@ def _unscaled(spread: Array, matrix: Array, left: Array, right: Array) -> Array:
 
 
 def _next_terms(terms: Terms) -> list[Terms]:
-    """Terms that may be taken next: the next radial one, and the tangential pair."""
-    radial = [k for k in _RADIAL if k not in terms][:1]
-    return [(k,) for k in radial] + ([] if set(_TANGENTIAL) <= set(terms) else [_TANGENTIAL])
+    """Terms that may be taken next: k1, then the next radial one or the tangential pair."""
+    radial = [(k,) for k in _RADIAL if k not in terms][:1]
+    return radial + ([_TANGENTIAL] if terms and not set(_TANGENTIAL) <= set(terms) else [])
 
 
 def _try(points: PointSet, fit: CameraFit, added: Terms, window: Window | None) -> CameraFit | None:
     """The fit with more terms; None where too little is redundant, or where the lens would fold."""
     terms = tuple(sorted(fit.terms + added))
-    if 2 * len(points.px) - 8 - len(terms) < LEAST_FREEDOM:
+    if not _room(points, 8 + len(terms)):
         return None
     try:
         larger = fit_terms(points, terms, window)
@@ -259,16 +260,41 @@ def _try(points: PointSet, fit: CameraFit, added: Terms, window: Window | None) 
     return None if larger.model.lens.folds() else larger
 
 
+def _room(points: PointSet, parameters: int) -> bool:
+    """Whether enough coordinates are redundant for so many parameters."""
+    least = LEAST_FREEDOM if points.std_px is None else 1
+    return 2 * len(points.px) - parameters >= least
+
+
+def _ratio(small: CameraFit, large: CameraFit, known: bool) -> float:
+    """By how much more terms lower chi2, in units of what is left to one coordinate."""
+    left = large.chi2 / large.freedom
+    left = max(1.0, left) if known else max(left, _NOISE_FLOOR_PX**2)
+    return max(small.chi2 - large.chi2, 0.0) / left
+
+
 def _chance(small: CameraFit, large: CameraFit, known: bool) -> float:
     """Chance that terms which mean nothing lower the residuals as much: F test; chi-square with known std."""
     from scipy.stats import chi2, f
 
-    added = len(large.terms) - len(small.terms)
-    gain = max(small.chi2 - large.chi2, 0.0)
-    if known:
-        return float(chi2.sf(gain / max(1.0, large.chi2 / large.freedom), added))
-    left = max(large.chi2 / large.freedom, _NOISE_FLOOR_PX**2)
-    return float(f.sf(gain / added / left, added, large.freedom))
+    added, ratio = len(large.terms) - len(small.terms), _ratio(small, large, known)
+    return float(chi2.sf(ratio, added) if known else f.sf(ratio / added, added, large.freedom))
+
+
+def _left_out(small: CameraFit, large: CameraFit, known: bool) -> Array:
+    """What terms that were not taken may still mean: their change, less what noise alone makes of it."""
+    added, ratio = len(large.terms) - len(small.terms), _ratio(small, large, known)
+    share = np.sqrt(max(0.0, 1 - added / ratio)) if ratio > 0 else 0.0
+    return np.asarray(share * (large.model.parameters - small.model.parameters))
+
+
+def _unknown_lens(points: PointSet, fit: CameraFit, window: Window | None) -> Array:
+    """What a lens would change that too few points cannot show."""
+    lens = Lens.of_picture(points.shape, np.array([ASSUMED_K1_STD, 0, 0, 0, 0]))
+    straight = PointSet(lens.undistort(points.px), points.mm, points.shape, points.std_px)
+    bent = fit_terms(straight, (), window).model.parameters
+    bent[8] = ASSUMED_K1_STD
+    return np.asarray(bent - fit.model.parameters)
 
 
 def _with_std(fit: CameraFit, points: PointSet, tests: tuple[TermTest, ...], aside: Array) -> CameraFit:
@@ -276,12 +302,13 @@ def _with_std(fit: CameraFit, points: PointSet, tests: tuple[TermTest, ...], asi
     from scipy.stats import chi2
 
     unit = float(np.sqrt(fit.chi2 / fit.freedom)) if fit.freedom > 0 else 0.0
+    few = np.sqrt(fit.freedom / (fit.freedom - 2)) if fit.freedom > 2 else 1.0  # std of Student's t
     if points.std_px is not None:
-        widen = unit if fit.freedom and chi2.sf(fit.chi2, fit.freedom) < LEVEL else 1.0
+        widen = unit * few if fit.freedom and chi2.sf(fit.chi2, fit.freedom) < LEVEL else 1.0
         source = "as given" if widen == 1 else f"{widen:.2g} times what was given, for so the residuals say"
         std = widen * float(np.sqrt(np.mean(points.std_px**2)))
     elif fit.freedom >= LEAST_FREEDOM:
-        widen = std = unit
+        widen, std = unit * few, unit
         source = "from the residuals"
     else:
         widen = std = max(unit, ASSUMED_STD_PX)
