@@ -10,7 +10,7 @@ from ploughval.errors import DataError
 from ploughval.photos.decode import read_header
 from ploughval.photos.exif import ExifTime
 from ploughval.photos.exif_times import exif_times
-from ploughval.photos.times import interval_times, refuse_doubled
+from ploughval.photos.times import gaps, interval_times, refuse_doubled
 from ploughval.photos.times_table import table_times
 
 PATHS = [Path(f"photos/{k}.jpg") for k in range(6)]
@@ -139,3 +139,112 @@ def test_two_frames_at_one_time_are_refused_by_name():
         refuse_doubled(
             np.array([2, 1, 2, np.nan, np.nan]), ["a.png", "b.png", "c.png", "d.png", "e.png"], PATHS[0]
         )
+
+
+def test_two_photographs_a_second_are_told_apart_by_their_interval():
+    paths = [Path(f"{k}.jpg") for k in range(12)]
+    result = exif_times(exif(*np.repeat(range(6), 2)), paths)
+    np.testing.assert_allclose(np.diff(result.time_s), 0.5, atol=0.05)
+    assert result.faults == {}
+    # the start is open over half a second, and the interval a little
+    np.testing.assert_allclose(result.std_s, 0.25 / np.sqrt(3), rtol=0.35)
+    assert "6 photographs share theirs" in result.notes[0]
+    # closest: photographs 1 and 10 are more than 4 s apart; widest: 0 and 11 less than 6 s
+    assert f"({4 / 9:.4g} to {6 / 11:.4g} s)" in result.notes[0]
+
+
+def test_a_clock_that_stands_still_for_a_while_costs_those_photographs_alone():
+    paths = [Path(f"{k}.jpg") for k in range(10)]
+    result = exif_times(exif(0, 2, 4, 6, 6, 6, 12, 14, 16, 18), paths)
+    np.testing.assert_array_equal(result.time_s, [0, 2, 4, np.nan, np.nan, np.nan, 12, 14, 16, 18])
+    assert list(result.faults) == [3, 4, 5]
+    assert "the clock stood still from 3.jpg to 5.jpg: 3 photographs" in result.faults[4]
+
+
+def test_the_second_of_a_pair_with_one_time_is_named():
+    paths = [Path(f"{k}.jpg") for k in range(8)]
+    result = exif_times(exif(0, 2, 4, 4, 9, 11, 13, 30), paths)
+    np.testing.assert_array_equal(result.time_s, [0, 2, 4, np.nan, 9, 11, 13, 30])
+    assert result.faults == {
+        3: "holds the same time as 2.jpg: a copy of it, or taken within the clock's resolution"
+    }
+
+
+def test_a_series_of_shared_times_that_nothing_explains_is_refused():
+    with pytest.raises(DataError, match=r"6 of 9 photographs.*no constant interval"):
+        exif_times(exif(0, 0, 0, 5, 5, 5, 20, 30, 31), [Path(f"{k}.jpg") for k in range(9)])
+
+
+def test_standard_uncertainties_are_those_of_the_last_digit():
+    tags = [
+        ExifTime("2024:05:01 10:00:00"),
+        ExifTime("2024:05:01 10:00:02", "5"),
+        ExifTime("2024:05:01 10:00:04", "250"),
+        ExifTime("soon"),
+    ]
+    result = exif_times(tags, PATHS[:4])
+    np.testing.assert_allclose(result.std_s, np.array([1, 0.1, 0.001, np.nan]) / np.sqrt(12))
+    np.testing.assert_array_equal(interval_times(3, 0, 1).std_s, [0, 0, 0])
+
+
+def test_fractions_without_leading_zeros_are_known_by_the_order_of_names():
+    tags = [ExifTime("2024:05:01 10:00:00", text) for text in ("5", "75", "340", "980")]
+    result = exif_times(tags, PATHS[:4])
+    np.testing.assert_allclose(result.time_s, [0, 0.07, 0.335, 0.975], atol=1e-6)
+    assert "without leading zeros" in result.notes[0]
+
+
+def test_the_end_of_summer_time_within_a_series_is_no_step_where_zones_are_written():
+    tags = [
+        ExifTime("2024:10:27 02:59:58", "", "+02:00"),
+        ExifTime("2024:10:27 02:00:00", "", "+01:00"),
+        ExifTime("2024:10:27 02:00:02", "", "+01:00"),
+    ]
+    np.testing.assert_array_equal(exif_times(tags, PATHS[:3]).time_s, [0, 2, 4])
+
+
+def test_a_zone_on_some_photographs_is_told():
+    tags = [ExifTime("2024:05:01 10:00:00", "", "+02:00"), ExifTime("2024:05:01 10:00:07")]
+    assert exif_times(tags, PATHS[:2]).notes == ("1 of 2 photographs hold a time zone: none is used",)
+
+
+def test_a_clock_that_was_set_within_the_series_is_refused():
+    tags = [*exif(1, 3, 5), *exif(1, 3, 5, date="2000:01:01 00:00:")]
+    with pytest.raises(DataError, match="3 from 2000:01:01 00:00:01 on, 3 from 2024:05:01 10:00:01 on"):
+        exif_times(tags, PATHS)
+
+
+def test_a_minority_of_photographs_after_a_change_of_battery_is_false():
+    tags = [*exif(1, 3, 5, 7), *exif(1, 3, date="2000:01:01 00:00:")]
+    result = exif_times(tags, PATHS)
+    np.testing.assert_array_equal(result.time_s, [0, 2, 4, 6, np.nan, np.nan])
+    assert set(result.faults) == {4, 5}
+
+
+def series_with(times_s, std_s=0.0):
+    return gaps(np.array(times_s), np.full(len(times_s), std_s), [f"{k}.png" for k in range(len(times_s))])
+
+
+def test_photographs_missing_from_a_regular_series_are_counted():
+    (text,) = series_with([0, 2, 4, 6, 12, 14, 16, 18, 20])
+    assert text == "6 s pass from 3.png to 4.png, 2 s are usual: 2 photographs may be missing"
+
+
+def test_a_regular_or_an_irregular_series_has_no_gaps():
+    assert series_with(np.arange(20.0)) == []
+    assert series_with([0, 1, 5, 6, 14, 20, 21, 40]) == []
+    assert series_with([0, 2, 4, 10]) == []  # too few to call regular
+
+
+def test_whole_seconds_are_no_gaps():
+    # every 1.4 s: the stamps step by 1 and 2 s
+    assert series_with(np.floor(1.4 * np.arange(30)), 1 / np.sqrt(12)) == []
+
+
+def test_a_frame_without_time_is_none_that_is_missing():
+    assert series_with([0, 2, 4, np.nan, 8, 10, 12, 14, 16, 18]) == []
+
+
+def test_a_step_of_an_hour_is_one_of_the_clock():
+    (text,) = series_with([0, 2, 4, 6, 3608, 3610, 3612, 3614])
+    assert "the clock may have been set" in text

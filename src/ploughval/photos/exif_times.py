@@ -83,14 +83,30 @@ def stamps_s(exif: Sequence[ExifTime | None]) -> tuple[Floats, list[str]]:
     """Seconds since 1970 of each photograph (F,), NaN where unknown, in UTC where all have a zone; notes."""
     dated = [e for e in exif if e is not None and e.date]
     zones = sum(bool(e.offset) for e in dated)
-    stamps = [_stamp(e, zoned=zones == len(dated)) if e is not None else np.nan for e in exif]
     notes = []
     if 0 < zones < len(dated):
         notes.append(f"{zones} of {len(dated)} photographs hold a time zone: none is used")
-    return np.array(stamps, float), notes
+    seconds = np.array([_second(e, zoned=zones == len(dated)) if e is not None else np.nan for e in exif])
+    digits = [_digits(e) if e is not None else 0 for e in exif]
+    texts = [e.subsecond if e is not None and d else "0" for e, d in zip(exif, digits, strict=True)]
+    stamps = seconds + np.array([float(f"0.{text}") for text in texts])
+    if len({d for d in digits if d}) > 1 and _goes_back(stamps):
+        counted = seconds + np.array([int(text) for text in texts]) / 10.0 ** max(digits)
+        if not _goes_back(counted):
+            notes.append(
+                "fractions of a second have differing digits, and only as counts without leading zeros do "
+                "they follow the order of names: they are read as such"
+            )
+            return counted, notes
+    return stamps, notes
 
 
-def _stamp(tags: ExifTime, *, zoned: bool) -> float:
+def _goes_back(stamps: Floats) -> bool:
+    return bool((np.diff(stamps[np.isfinite(stamps)]) < 0).any())
+
+
+def _second(tags: ExifTime, *, zoned: bool) -> float:
+    """Whole seconds since 1970 of one photograph; NaN if the tag cannot be read."""
     try:
         moment = datetime.strptime(tags.date, "%Y:%m:%d %H:%M:%S").replace(tzinfo=UTC)
     except ValueError:
@@ -99,7 +115,7 @@ def _stamp(tags: ExifTime, *, zoned: bool) -> float:
     if zoned and zone:
         shift = timedelta(hours=int(zone[2]), minutes=int(zone[3]))
         moment -= shift if zone[1] == "+" else -shift
-    return moment.timestamp() + (float(f"0.{tags.subsecond}") if _digits(tags) else 0.0)
+    return moment.timestamp()
 
 
 def _digits(tags: ExifTime) -> int:

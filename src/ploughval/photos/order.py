@@ -56,9 +56,11 @@ def unroll(names: Sequence[str]) -> int:
 
 
 def kinds_of_names(names: Sequence[str]) -> list[str]:
-    """How many names there are of each kind, numbers apart, where they are of more than one; else nothing."""
+    """How many names there are of each kind, numbers apart, where numbered ones are of more than one."""
     kinds = Counter(re.sub(r"[0-9]+", "#", name) for name in names)
-    return [] if len(kinds) < 2 else [f"{count} as {kind}" for kind, count in kinds.most_common()]
+    if len(kinds) < 2 or max(kinds.values()) < 2:
+        return []
+    return [f"{count} as {kind}" for kind, count in kinds.most_common()]
 
 
 def by_time(time_s: NDArray[np.float64]) -> NDArray[np.intp]:

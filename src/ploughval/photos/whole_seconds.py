@@ -71,6 +71,11 @@ def steady_times(stamp_s: Floats, number: NDArray[np.intp]) -> SteadyTimes | Non
     bounds = [reach(np.array([1.0, place])) for place in places]
     low, high = np.array([b for b in bounds if b is not None]).T
     low, high = np.interp(k, places, low), np.interp(k, places, high)
+    middle = (low + high) / 2
     return SteadyTimes(
-        base + (low + high) / 2, (high - low) / np.sqrt(12), sum(interval) / 2, interval[0], interval[1]
+        time_s=base + middle,
+        std_s=(high - low) / np.sqrt(12),
+        interval_s=float((middle[-1] - middle[0]) / (k[-1] - k[0])),
+        least_s=interval[0],
+        most_s=interval[1],
     )
