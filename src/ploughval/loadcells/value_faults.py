@@ -9,6 +9,7 @@ Mask = NDArray[np.bool_]
 _LARGEST = 1e30  # no reading is larger
 _DROPOUT_NOISE = 20.0  # a dropout leaves its neighbours by this many times the noise ...
 _DROPOUT_RANGE = 0.5  # ... and by this part of the column's range
+_DROPOUT_ALONE = 4.0
 _SPIKE_ROWS = 8  # a spike lasts fewer rows
 _SPIKE_NOISE = 20.0  # it rises and falls by this many times the usual step within one row ...
 _SPIKE_RANGE = 0.1  # ... and by this part of the column's range ...
@@ -27,7 +28,8 @@ def not_finite(values: Floats) -> Mask:
 def dropouts(values: Floats) -> Mask:
     """Rows (at most two together) far from the median of the five rows around them: (N,) bool.
 
-    Far is more than half the range of the column (1st to 99th percentile) and 20 times its noise.
+    Far is more than half the range of the column (1st to 99th percentile), 20 times its noise, and 4 times
+    what the middle one of the five is off.
     """
     found = np.zeros(values.size, dtype=bool)
     scale = _Scale.of(values)
@@ -48,8 +50,10 @@ def dropouts(values: Floats) -> Mask:
     around = np.where(around >= values.size, 2 * (values.size - 1) - around, around)
     usable = np.isfinite(values[around]).sum(axis=1) > 1
     near, window = near[usable], values[around][usable]
-    middle = np.nanmedian(window, axis=1) if near.size else np.empty(0)
-    found[near] = np.abs(values[near] - middle) > limit
+    if near.size:
+        off = np.abs(window - np.nanmedian(window, axis=1)[:, None])
+        # A pulse that has risen over several rows is a load: the rows beside a dropout are like one another.
+        found[near] = off[:, 2] > np.maximum(limit, _DROPOUT_ALONE * np.nanmedian(off, axis=1))
     return found
 
 
