@@ -8,7 +8,7 @@ import pytest
 from ploughval.errors import CalibrationError
 from ploughval.photos import calibrate
 from ploughval.photos.camera_fit import PointSet, fit_camera
-from ploughval.photos.camera_model import foot_mm
+from ploughval.photos.foot import foot_mm
 from ploughval.photos.refraction import Pane
 from ploughval.scene import Window
 

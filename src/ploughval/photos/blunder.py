@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import CalibrationError
-from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera, fit_terms
+from ploughval.photos.camera_fit import ASSUMED_STD_PX, CameraFit, PointSet, fit_camera, fit_terms
 from ploughval.scene import Window
 
 Array = NDArray[np.float64]
@@ -17,19 +17,20 @@ _CHANCE = 0.01  # to blame a point although none is wrong
 _LEAST_PX, _MOST_PX = 0.5, 3.0  # a point nearer to where it should be is not called mistyped
 _STDS = 10.0
 _FIT_PX = 1.5  # rms within which points agree once a mistake is put right
+_PRIOR = 4  # redundant coordinates that what is assumed of a reading is worth
 _ORDINARY_LENS = 0.05  # displacement at the corners, of half the diagonal
 _MOST_SWAPS = 30
 
 
-def refuse_blunder(points: PointSet, fit: CameraFit, window: Window | None = None) -> None:
+def refuse_blunder(points: PointSet, fit: CameraFit | None, window: Window | None = None) -> None:
     """Refuse control points of which one, or a pair, contradicts the others.
 
     Parameters
     ----------
     points : PointSet
         The control points.
-    fit : CameraFit
-        Of all of them.
+    fit : CameraFit or None
+        Of all of them; None where no camera sees them all.
     window : Window or None
         The pane that the fit allows for.
 
@@ -47,7 +48,7 @@ def refuse_blunder(points: PointSet, fit: CameraFit, window: Window | None = Non
     _refuse_swap(points, fit, window)
 
 
-def _refuse_single(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+def _refuse_single(points: PointSet, fit: CameraFit | None, window: Window | None) -> None:
     """F test of the fit without each point in turn, the lens chosen anew without it."""
     from scipy.stats import f as fisher
 
@@ -55,20 +56,25 @@ def _refuse_single(points: PointSet, fit: CameraFit, window: Window | None) -> N
     for k in _worst(points, fit, window):
         try:
             rest = fit_camera(points.without(k), window)
-            whole = min(fit.chi2, fit_terms(points, rest.terms, window).chi2)
         except CalibrationError:  # the others fix nothing without this point
             continue
+        if _rms(rest) > _FIT_PX:
+            continue
+        left = _variance(rest, points)
+        gain = (min(_chi2(points, rest.terms, window), np.inf if fit is None else fit.chi2) - rest.chi2) / 2
         off = float(np.hypot(*(rest.model.to_px(points.mm[k]) - points.px[k])))
-        ratio = (whole - rest.chi2) / 2 / max(rest.chi2 / rest.freedom, 1e-12)
+        off = off if np.isfinite(off) else np.inf
         limit = float(np.clip(_STDS * rest.std_px, _LEAST_PX, _MOST_PX))
-        if len(points.px) * fisher.sf(ratio, 2, rest.freedom) < _CHANCE and off > limit:
-            found.append((rest.chi2 / rest.freedom, k, rest.model.to_mm(points.px[k])))
+        chance = fisher.sf(gain / left, 2, rest.freedom + _PRIOR)
+        if len(points.px) * chance < _CHANCE and off > limit:
+            found.append((left, k, rest.model.to_mm(points.px[k])))
     if not found:
         return
     left, k, place = min(found, key=lambda item: item[0])
     if _lens_explains(points, window, 4 * left):
         return
-    cause = _cause(points, k, place, 3 * _MOST_PX / _px_per_mm(fit, points, k))
+    within_mm = 3 * _MOST_PX * np.hypot(*np.ptp(points.mm, axis=0)) / np.hypot(*np.ptp(points.px, axis=0))
+    cause = _cause(points, k, place, float(within_mm))
     raise CalibrationError(
         f"control_points.{k}: got {_shown(points, k)}; expected about "
         f"x_mm = {place[0]:.1f}, y_mm = {place[1]:.1f} at that px from the other {len(points.px) - 1} "
@@ -76,51 +82,63 @@ def _refuse_single(points: PointSet, fit: CameraFit, window: Window | None) -> N
     )
 
 
-def _worst(points: PointSet, fit: CameraFit, window: Window | None, count: int = 6) -> list[int]:
-    """The points whose absence helps most, by fits with and without the chosen terms of the lens."""
-    gains: dict[int, float] = {}
-    for k in range(len(points.px)):
-        for terms in {(), fit.terms}:
-            try:
-                chi2 = fit_terms(points.without(k), terms, window).chi2
-            except CalibrationError:
-                continue
-            gains[k] = min(gains.get(k, np.inf), chi2)
+def _variance(fit: CameraFit, points: PointSet) -> float:
+    """Variance of a coordinate, with what is assumed of a reading: few residuals are small by luck."""
+    assumed = ASSUMED_STD_PX**2 if points.std_px is None else 1.0
+    return (fit.chi2 + _PRIOR * assumed) / (fit.freedom + _PRIOR)
+
+
+def _chi2(points: PointSet, terms: tuple[int, ...], window: Window | None) -> float:
+    """Sum of squares of a fit; infinite where there is none."""
+    try:
+        return fit_terms(points, terms, window).chi2
+    except CalibrationError:
+        return np.inf
+
+
+def _worst(points: PointSet, fit: CameraFit | None, window: Window | None, count: int = 6) -> list[int]:
+    """The points whose absence helps most, without and with the lens that the others may show."""
+    lenses = {(), (0,), *(() if fit is None else (fit.terms,))} if len(points.px) > 6 else {()}
+    gains = {
+        k: min(_chi2(points.without(k), terms, window) for terms in lenses) for k in range(len(points.px))
+    }
     return sorted(gains, key=gains.__getitem__)[:count]
 
 
-def _refuse_swap(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+def _refuse_swap(points: PointSet, fit: CameraFit | None, window: Window | None) -> None:
     """Two points whose places on the window are exchanged spoil any fit without one of them."""
-    if len(points.px) > _MOST_SWAPS or _rms(fit) < 2 * _FIT_PX:
+    rms = np.inf if fit is None else _rms(fit)
+    if len(points.px) > _MOST_SWAPS or rms < 2 * _FIT_PX:
         return
-    fits = {pair: _rms_of(points.with_mm(mm), fit, window) for pair, mm in _swaps(points)}
+    fits = {pair: _rms_of(points.with_mm(mm), window) for pair, mm in _swaps(points)}
     best = min(fits, key=fits.__getitem__)
-    if fits[best] < _FIT_PX and fits[best] < 0.1 * _rms(fit):
+    if fits[best] < _FIT_PX and fits[best] < 0.1 * rms:
         i, j = best
         raise CalibrationError(
             f"control_points.{i} and control_points.{j}: got {_shown(points, i)} and {_shown(points, j)}; "
-            f"expected them the other way round, by which the residual falls from {_rms(fit):.1f} to "
-            f"{fits[best]:.2f} px. Exchange their x_mm and y_mm."
+            f"expected them the other way round, for then all points agree within {fits[best]:.2f} px. "
+            "Exchange their x_mm and y_mm."
         )
 
 
-def _refuse_among_five(points: PointSet, fit: CameraFit, window: Window | None) -> None:
+def _refuse_among_five(points: PointSet, fit: CameraFit | None, window: Window | None) -> None:
     """Five points have two redundant coordinates: enough to see a mistake, not to place a free one."""
-    if _rms(fit) < _MOST_PX or _lens_explains(points, window, _FIT_PX**2):
+    if fit is not None and (_rms(fit) < _MOST_PX or _lens_explains(points, window, _FIT_PX**2)):
         return
     repaired = []
     for k in range(5):
         for cause, mm in _repairs(points, k):
             changed = points.mm.copy()
             changed[k] = mm
-            if _rms_of(points.with_mm(changed), fit, window) < _FIT_PX:
-                repaired.append(f"control_points.{k}: got {_shown(points, k)}; {cause}")
+            if _rms_of(points.with_mm(changed), window) < _FIT_PX:
+                repaired.append(f"{cause} at control_points.{k}: got {_shown(points, k)}")
     for (i, j), mm in _swaps(points):
-        if _rms_of(points.with_mm(mm), fit, window) < _FIT_PX:
+        if _rms_of(points.with_mm(mm), window) < _FIT_PX:
             repaired.append(f"control_points.{i} and control_points.{j} are exchanged")
-    head = f"the five control points contradict each other by {_rms(fit):.1f} px rms"
+    by = "" if fit is None else f" by {_rms(fit):.1f} px rms"
+    head = f"the five control points contradict each other{by}"
     if repaired:
-        raise CalibrationError(f"{head}; they agree if {', or if '.join(repaired)}. Correct the point.")
+        raise CalibrationError(f"{head}; it looks as if {', or '.join(repaired)}. Correct it.")
     raise CalibrationError(
         f"{head}; expected less than {_MOST_PX:g} px. Which one is wrong five points cannot tell: check them "
         "all, or add a sixth."
@@ -188,17 +206,15 @@ def _rms(fit: CameraFit) -> float:
     return float(np.sqrt(np.mean(np.sum(fit.residual_px**2, axis=1))))
 
 
-def _rms_of(points: PointSet, fit: CameraFit, window: Window | None) -> float:
-    """Residual of changed points, px rms; infinite where they fix nothing, or show the window mirrored."""
-    try:
-        changed = fit_terms(points, () if len(points.px) < 8 else fit.terms, window)
-    except CalibrationError:
-        return np.inf
-    return _rms(changed)
-
-
-def _px_per_mm(fit: CameraFit, points: PointSet, k: int) -> float:
-    return float(1 / fit.model.mm_per_px_at(points.px[k]))
+def _rms_of(points: PointSet, window: Window | None) -> float:
+    """Residual of changed points, px rms, with a lens where they may show one; infinite without a fit."""
+    found = []
+    for terms in ((), (0,)) if len(points.px) > 5 else ((),):
+        try:
+            found.append(_rms(fit_terms(points, terms, window)))
+        except CalibrationError:
+            continue
+    return min(found, default=np.inf)
 
 
 def _shown(points: PointSet, k: int) -> str:

@@ -174,7 +174,11 @@ def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:
     given = np.array(camera.control_points, float)
     points = _point_set(given[:, :2], given[:, 2:], camera, shape)
     refuse_crossed(points)
-    fit = fit_camera(points, camera.window)
+    try:
+        fit = fit_camera(points, camera.window)
+    except CalibrationError:
+        refuse_blunder(points, None, camera.window)  # says more where it can
+        raise
     refuse_blunder(points, fit, camera.window)
     calibration = _from_fit(fit, points, f"{len(points.px)} control points", camera)
     if "direction" in camera.model_fields_set and camera.direction != calibration.direction:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.errors import CalibrationError
+from ploughval.photos.foot import foot_mm
 from ploughval.photos.homography import inverse, project
 from ploughval.photos.lens import Lens
 from ploughval.photos.refraction import Pane
@@ -101,47 +101,3 @@ def spread_of(function: Callable[[CameraModel], Array], model: CameraModel, spre
         for column in spread.T
     ]
     return np.array(changes)
-
-
-def foot_mm(px_from_face: Array, centre_px: Array, distance_mm: float) -> Array:
-    """Where the normal through the camera meets the window, (2,) mm, for a camera at a known distance.
-
-    The optical axis is taken to go through the picture's middle; the focal length follows from the distance.
-
-    Raises
-    ------
-    CalibrationError
-        When no focal length puts the camera at that distance.
-    """
-    from scipy.optimize import brentq
-
-    back = np.eye(3)
-    back[:2, 2] = -centre_px
-    matrix = back @ px_from_face
-
-    def place(log_focal: float) -> Array:
-        return _camera_place(matrix, float(np.exp(log_focal)))
-
-    def off(log_focal: float) -> float:
-        return float(np.log(place(log_focal)[2] / distance_mm))
-
-    scale = np.sqrt(abs(np.linalg.det(px_from_face)))  # px a mm, about
-    guess = float(np.log(distance_mm * scale))
-    try:
-        return place(float(brentq(off, guess - 2, guess + 2, xtol=1e-13)))[:2]
-    except ValueError:
-        raise CalibrationError(
-            f"camera.window.distance_mm: got {distance_mm:g}; no camera at that distance sees the window as "
-            "the points say. Check it, or give camera.window.foot_px: where the lens sees itself mirrored"
-        ) from None
-
-
-def _camera_place(matrix: Array, focal_px: float) -> Array:
-    """Camera (3,) mm over the plane whose homography about the picture's middle is given (Zhang, 2000)."""
-    axes = matrix / np.array([[focal_px], [focal_px], [1.0]])
-    length = np.sqrt(np.linalg.norm(axes[:, 0]) * np.linalg.norm(axes[:, 1]))
-    u, _, v = np.linalg.svd(axes[:, :2] / length, full_matrices=False)
-    turn = u @ v  # the nearest two columns of a rotation
-    third = np.cross(turn[:, 0], turn[:, 1])
-    place = -np.column_stack([turn, third]).T @ (axes[:, 2] / length)
-    return np.array([place[0], place[1], abs(place[2])])
