@@ -137,6 +137,19 @@ def run_record(u_mm, folder):
             "compare",
         ],
         "frames": frames,
+        "loadcells": {
+            "zero_Nm": [0.137, -0.0799],
+            "zero_std_Nm": [0.0012, 0.0009],
+            "noise_std_Nm": [0.002, 0.002],
+            "noise_std_N": 0.019,
+            "drift_Nm": [0.0, 0.0],
+            "friction": {"runs": 3, "taken_off": "the mean: a run left out says <so>", "pieces": 1},
+            "bandwidth_Hz": None,
+            "motion_starts_s": 10.02,
+            "contact_s": 10.9,
+            "contact_u_mm": 0.88,
+            "contact_std_mm": 0.021,
+        },
         "calibration": {
             "method": "scale and tip",
             "mm_per_px": 0.125,
@@ -202,12 +215,20 @@ def _write_small_tables(folder, frame_u, rng):
     increments.to_csv(folder / "increments.csv", index=False)
     pd.DataFrame(
         {
-            "source": ["noise", "zeros", "empty runs", "spacing", "calibration"],
-            "value": [0, 0, 2.0, 150.0, 1.0],
-            "std": [0.05, 0.02, 0.1, 0.2, 0.004],
-            "unit": ["N", "N", "N", "mm", "1"],
-            "sensitivity_N": [1.0, 1.0, 1.0, -0.12, 18.0],
-            "share": [0.1, 0.05, 0.5, 0.1, 0.25],
+            "source": [
+                "noise, upper cell",
+                "noise, lower cell",
+                "zero offset, upper cell",
+                "spacing",
+                "calibration",
+            ],
+            "value": [0, 0, 0.2, 150.0, 1.0],
+            "std": [0.005, 0.002, 0.01, 0.2, 0.004],
+            "unit": ["N m", "N m", "N m", "mm", "1"],
+            "sensitivity_N": [6.7, -6.7, 6.7, -0.12, 18.0],
+            "share": [0.9, -0.25, 0.05, 0.1, 0.2],
+            "sensitivity_mm": [160.0, -250.0, 160.0, -1.5, 600.0],
+            "arm_share": [0.5, 0.2, 0.1, 0.05, 0.15],
         }
     ).to_csv(folder / "budget.csv", index=False)
     slip = np.concatenate([np.linspace(0, 2.5, 9), np.linspace(0, 2.0, 7)])

@@ -185,10 +185,11 @@ def test_mobilised_figure_draws_each_band_and_the_assumed_softening(results):
     np.testing.assert_allclose((x[:2], y[:2]), ([0, 1], [50, 32]))
 
 
-def test_budget_bars_are_the_shares(results):
-    axes = figures.budget_figure(results.budget).axes[0]
-    widths = sorted(patch.get_width() for patch in axes.patches)
-    np.testing.assert_allclose(widths, sorted(100 * results.budget["share"]))
+def test_budget_bars_are_the_shares_of_sources_in_both_results_with_the_cells_added_up(results):
+    force, arm = figures.budget_figure(results.budget).axes
+    widths = [sorted(patch.get_width() for patch in axes.patches) for axes in (force, arm)]
+    np.testing.assert_allclose(widths[0], [5, 10, 20, 65])
+    np.testing.assert_allclose(widths[1], [5, 10, 15, 70])
 
 
 def test_other_figures_hold_their_data(results):

@@ -19,7 +19,6 @@ from ploughval.report.blocks import (
 from ploughval.report.figures import (
     arm_figure,
     bands_figure,
-    budget_figure,
     field_figure,
     force_figure,
     kinematics_figure,
@@ -234,42 +233,3 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
         drawings=[drawing],
         tables=[table_of(mobilised, "Mobilised friction, every increment", folded=True)],
     )
-
-
-def budget_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """Uncertainty budget of the force."""
-    budget = results.budget
-    if budget is None or budget.empty:
-        return None
-    drawings = []
-    if budget["share"].notna().any():
-        shares = budget["share"].dropna().sort_values()
-        said = " A share is negative where a source offsets another." if shares.min() < 0 else ""
-        names = [str(budget["source"][row]) for row in shares.index]
-        drawings.append(
-            pen.draw(
-                budget_figure(budget),
-                f"Shares of the variance of the force; largest: {names[-1]}, {shares.max():.0%}.",
-                f"What the standard uncertainty of the force is made of.{said}",
-            )
-        )
-    heads = {"sensitivity_N": "Sensitivity, N per unit", "share": "Share of variance"}
-    head = [heads.get(name, name.replace("_", " ").capitalize()) for name in budget.columns]
-    rows = [
-        [_budget_cell(name, value) for name, value in zip(budget.columns, row, strict=True)]
-        for row in budget.itertuples(index=False, name=None)
-    ]
-    return Chapter(
-        "budget",
-        "Uncertainty of the force",
-        drawings=drawings,
-        tables=[Table("Budget", head, rows, kind="cards")],
-    )
-
-
-def _budget_cell(column: str, value: object) -> Cell:
-    if column == "source":
-        return Cell(str(value).replace("_", " "))
-    if column == "share" and isinstance(value, float) and np.isfinite(value):
-        return Cell(f"{100 * value:.1f} %".replace("-", "−"), value)
-    return value_cell(value)

@@ -13,12 +13,12 @@ from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.chapters import (
     bands_chapter,
-    budget_chapter,
     field_chapter,
     force_chapter,
     friction_chapter,
 )
 from ploughval.report.comparison import comparison_context
+from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
 from ploughval.report.shear import shear_chapter
@@ -73,7 +73,7 @@ def single_page(results: Results) -> str:
         field_chapter(results, pen),
         shear_chapter(results, pen),
         friction_chapter(results, pen),
-        budget_chapter(results, pen),
+        load_cells_chapter(results, pen),
         quality_chapter(results, pen),
         provenance_chapter(results),
     )

@@ -71,6 +71,30 @@ class CalibrationEntry(_Entry):
     residual_px: Number = None
 
 
+class FrictionEntry(_Entry):
+    """What was taken off for friction."""
+
+    runs: int = 0
+    taken_off: Text = ""
+    pieces: int = 1
+
+
+class LoadCellEntry(_Entry):
+    """How the force came about; pairs are of the (upper, lower) cell."""
+
+    zero_Nm: tuple[Number, ...] = ()
+    zero_std_Nm: tuple[Number, ...] = ()
+    noise_std_Nm: tuple[Number, ...] = ()
+    noise_std_N: Number = None
+    drift_Nm: tuple[Number, ...] = ()
+    friction: FrictionEntry | None = None
+    bandwidth_Hz: Number = None
+    motion_starts_s: Number = None
+    contact_s: Number = None
+    contact_u_mm: Number = None
+    contact_std_mm: Number = None
+
+
 class RunRecord(_Entry):
     """run.json: versions, settings, inputs, timings, frames."""
 
@@ -85,6 +109,7 @@ class RunRecord(_Entry):
     steps: tuple[str, ...] = ()
     frames: tuple[FrameEntry, ...] = ()
     calibration: CalibrationEntry | None = None
+    loadcells: LoadCellEntry | None = None
     faults: tuple[Text, ...] = ()
     warnings: tuple[Text, ...] = ()
 

@@ -15,6 +15,7 @@ from ploughval.model import History
 from ploughval.photos.calibration_file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
+from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
@@ -24,6 +25,7 @@ MODEL_STAGES = 31  # displacements at which layers and surface are written where
 
 FILES = (
     "force.csv",
+    "force_frames.csv",
     "tracks.nc",
     "layers.csv",
     "surface.csv",
@@ -129,6 +131,7 @@ def _write_measured(writer: _Writer, found: Findings) -> None:
     if found.force is not None:
         writer.csv("force.csv", found.force.record, axes.FORCE_COLUMNS)
         writer.csv("budget.csv", found.force.budget, axes.BUDGET_COLUMNS)
+        writer.csv("force_frames.csv", force_at_frames(found), axes.FORCE_AT_COLUMNS)
     if found.tracks is not None:
         writer.netcdf("tracks.nc", found.tracks)
     writer.csv("layers.csv", found.layers, axes.LAYER_COLUMNS)
@@ -220,6 +223,7 @@ def run_record(scene: Scene, found: Findings) -> dict[str, Any]:
         "frames": _ledger(found),
         "calibration": _calibration_record(found),
         "clock": _clock_record(found),
+        "loadcells": None if found.force is None else load_cell_record(found.force),
         "complete": found.complete,
         "faults": found.faults,
         "warnings": found.warnings,

@@ -2,8 +2,9 @@
 
 from ploughval.report.figures.agreement import agreement_figure
 from ploughval.report.figures.bands import bands_figure
+from ploughval.report.figures.budget import budget_figure, by_source
 from ploughval.report.figures.field import field_figure
-from ploughval.report.figures.force import arm_figure, budget_figure, force_figure
+from ploughval.report.figures.force import arm_figure, force_figure
 from ploughval.report.figures.kinematics import kinematics_figure
 from ploughval.report.figures.layers import Picture, Side, layers_figure
 from ploughval.report.figures.preview import preview_figure
@@ -20,6 +21,7 @@ __all__ = [
     "bands_figure",
     "blade_figure",
     "budget_figure",
+    "by_source",
     "field_figure",
     "force_figure",
     "forces_figure",

@@ -16,12 +16,10 @@ from ploughval.report.figures.style import (
     MUTED,
     legend_above,
     new_figure,
-    plain,
     styled,
 )
 
 MOST_POINTS = 4000
-LEAST_SHARE = 0.0005  # what is less is in the table alone
 
 
 def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:
@@ -186,36 +184,4 @@ def arm_figure(force: pd.DataFrame, *, depth_mm: float | None = None) -> Figure:
     axes.set_xlabel("u, mm")
     axes.set_ylabel("above the tip, mm")
     legend_above(axes)
-    return figure
-
-
-@styled
-def budget_figure(budget: pd.DataFrame) -> Figure:
-    """Share of each source in the variance of the force.
-
-    Parameters
-    ----------
-    budget : DataFrame (source, value, std, unit, sensitivity_N, share)
-        Shares are fractions of the variance.
-    """
-    rows = budget[budget["share"].abs() >= LEAST_SHARE].sort_values("share")
-    figure = new_figure(0.9 + 0.3 * max(len(rows), 1))
-    axes = figure.subplots()
-    share = rows["share"].to_numpy(float) * 100
-    names = [plain(name.replace("_", " ")) for name in rows["source"]]
-    axes.barh(range(len(rows)), share, color=MEASURED, height=0.62)
-    for place, value in enumerate(share):
-        axes.annotate(
-            f"{value:.1f} %".replace("-", "−"),
-            (max(value, 0.0), place),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=9,
-        )
-    axes.axvline(0, color=MUTED, lw=0.8)
-    axes.set_yticks(range(len(rows)), names)
-    axes.grid(visible=False, axis="y")
-    axes.set_xlim(1.05 * share.min(initial=0.0), max(100.0, 1.2 * share.max(initial=0.0)))
-    axes.set_xlabel("share of the variance, %")
     return figure

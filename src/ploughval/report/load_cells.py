@@ -1,0 +1,102 @@
+"""The chapter of the load cells: how the force came about, and what its uncertainty is made of."""
+
+import numpy as np
+import pandas as pd
+
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
+from ploughval.report.figures import budget_figure, by_source
+from ploughval.report.results import LoadCellEntry, Results
+from ploughval.report.text import MISSING, number, with_std
+
+_HEADS = {
+    "sensitivity_N": "Sensitivity of the force, N per unit",
+    "share": "Share of its variance",
+    "sensitivity_mm": "Sensitivity of the line of action, mm per unit",
+    "arm_share": "Share of its variance",
+    "std": "Standard uncertainty",
+}
+
+
+def load_cells_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Zeros, friction, start of motion, and the uncertainty budget of the force."""
+    entry, budget = results.run.loadcells, results.budget
+    drawings, tables = list[Drawing](), list[Table]()
+    if entry is not None:
+        tables.append(_how(entry))
+    if budget is not None and not budget.empty:
+        if budget[["share", "arm_share"]].notna().any(axis=None):
+            drawings.append(_shares(budget, pen))
+        tables.append(_budget(budget))
+    if not tables:
+        return None
+    return Chapter("budget", "Load cells and the uncertainty of the force", drawings=drawings, tables=tables)
+
+
+def _how(entry: LoadCellEntry) -> Table:
+    """What was read at rest, taken off, and found in the record itself."""
+    friction = entry.friction
+    taken = "none: no empty-box run" if friction is None else f"{friction.taken_off} ({friction.runs} runs)"
+    smoothed = "no" if entry.bandwidth_Hz is None else f"to {number(entry.bandwidth_Hz, 3)} Hz"
+    rows = [
+        [Cell("Zero of the upper, lower cell, N m"), Cell(_pairs(entry.zero_Nm, entry.zero_std_Nm))],
+        [Cell("Noise of one sample, upper, lower cell, N m"), Cell(_pairs(entry.noise_std_Nm))],
+        [Cell("Noise of one sample of the force, N"), value_cell(entry.noise_std_N, 3)],
+        [Cell("Drift of the zeros that was taken off, N m"), Cell(_drift(entry))],
+        [Cell("Friction that was taken off"), Cell(taken)],
+        [Cell("Smoothed"), Cell(smoothed)],
+        [Cell("Motion starts at, s"), value_cell(entry.motion_starts_s)],
+        [
+            Cell("Contact with the sand after a travel of, mm"),
+            Cell(with_std(entry.contact_u_mm, entry.contact_std_mm), entry.contact_u_mm),
+        ],
+    ]
+    return Table("How the force came about", ("Quantity", "Value"), rows)
+
+
+def _drift(entry: LoadCellEntry) -> str:
+    return _pairs(entry.drift_Nm) if any(entry.drift_Nm) else "none"
+
+
+def _pairs(values: tuple[float | None, ...], stds: tuple[float | None, ...] = ()) -> str:
+    if not values:
+        return MISSING
+    if not stds:
+        return ", ".join(number(value, 3) for value in values)
+    return ", ".join(with_std(value, std) for value, std in zip(values, stds, strict=False))
+
+
+def _shares(budget: pd.DataFrame, pen: Pen) -> Drawing:
+    shares = by_source(budget)
+    said = (
+        " A share is negative where a source offsets another."
+        if np.nanmin(shares[["share", "arm_share"]]) < 0
+        else ""
+    )
+    largest = []
+    for column, what in (("share", "force"), ("arm_share", "line of action")):
+        if shares[column].notna().any():
+            row = int(np.nanargmax(shares[column]))
+            largest.append(f"{what}: {shares['source'].iloc[row]}, {shares[column].iloc[row]:.0%}")
+    return pen.draw(
+        budget_figure(budget),
+        f"Shares of the variance of force and line of action; largest for the {'; for the '.join(largest)}.",
+        "What the standard uncertainty of one sample is made of at the mean load, for the force and for its "
+        f"line of action.{said}",
+    )
+
+
+def _budget(budget: pd.DataFrame) -> Table:
+    head = [_HEADS.get(name, name.replace("_", " ").capitalize()) for name in budget.columns]
+    rows = [
+        [_budget_cell(name, value) for name, value in zip(budget.columns, row, strict=True)]
+        for row in budget.itertuples(index=False, name=None)
+    ]
+    return Table("Budget", head, rows, kind="cards")
+
+
+def _budget_cell(column: str, value: object) -> Cell:
+    if column == "source":
+        return Cell(str(value).replace("_", " "))
+    if column in ("share", "arm_share") and isinstance(value, float) and np.isfinite(value):
+        return Cell(f"{100 * value:.1f} %".replace("-", "−"), value)
+    return value_cell(value)

@@ -1,0 +1,51 @@
+"""The chapter of the load cells."""
+
+from dataclasses import replace
+
+import pytest
+
+from ploughval.report.blocks import Pen
+from ploughval.report.load_cells import load_cells_chapter
+from ploughval.report.results import read_results
+
+
+@pytest.fixture
+def results(result_folder):
+    return read_results(result_folder)
+
+
+def texts(table):
+    return {row[0].text: row[1].text for row in table.rows}
+
+
+def test_zeros_friction_and_contact_are_stated_with_their_uncertainty(results):
+    chapter = load_cells_chapter(results, Pen())
+    how = texts(chapter.tables[0])
+    assert how["Zero of the upper, lower cell, N m"] == "0.1370 ± 0.0012, −0.07990 ± 0.00090"
+    assert how["Contact with the sand after a travel of, mm"] == "0.880 ± 0.021"
+    assert how["Friction that was taken off"] == "the mean: a run left out says <so> (3 runs)"
+    assert how["Smoothed"] == "no"
+    assert how["Drift of the zeros that was taken off, N m"] == "none"
+
+
+def test_the_budget_names_the_largest_source_of_force_and_line_of_action(results):
+    drawing = load_cells_chapter(results, Pen()).drawings[0]
+    assert "force: noise, 65%" in drawing.svg
+    assert "line of action: noise, 70%" in drawing.svg
+    assert "offsets" not in drawing.caption  # the shares of whole sources are positive
+
+
+def test_without_empty_runs_and_smoothed_it_says_so(results):
+    entry = results.run.loadcells.model_copy(
+        update={"friction": None, "bandwidth_Hz": 2.5, "drift_Nm": (0.1, 0.02)}
+    )
+    run = results.run.model_copy(update={"loadcells": entry})
+    how = texts(load_cells_chapter(replace(results, run=run), Pen()).tables[0])
+    assert how["Friction that was taken off"] == "none: no empty-box run"
+    assert how["Smoothed"] == "to 2.50 Hz"
+    assert how["Drift of the zeros that was taken off, N m"] == "0.100, 0.0200"
+
+
+def test_without_load_cells_there_is_no_chapter(results):
+    run = results.run.model_copy(update={"loadcells": None})
+    assert load_cells_chapter(replace(results, run=run, budget=None), Pen()) is None
