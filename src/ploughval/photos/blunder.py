@@ -135,6 +135,8 @@ def _refuse_among_five(points: PointSet, fit: CameraFit | None, window: Window |
     for (i, j), mm in _swaps(points):
         if _rms_of(points.with_mm(mm), window) < _FIT_PX:
             repaired.append(f"control_points.{i} and control_points.{j} are exchanged")
+    if fit is None and not repaired:
+        return  # what the fit itself says is the reason
     by = "" if fit is None else f" by {_rms(fit):.1f} px rms"
     head = f"the five control points contradict each other{by}"
     if repaired:
