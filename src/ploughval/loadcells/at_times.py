@@ -2,12 +2,14 @@
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import NDArray
 
 from ploughval.axes import FORCE_AT_COLUMNS, ForceStatus
 
 Floats = NDArray[np.float64]
 _GAP_STEPS = 5.0
+_NODES = 9
 _VALUES = ("u_mm", "force_N", "force_std_N", "arm_mm", "arm_std_mm")
 
 
@@ -26,31 +28,47 @@ def force_at(record: pd.DataFrame, time_s: Floats, time_std_s: Floats | float = 
     Returns
     -------
     DataFrame
-        FORCE_AT_COLUMNS, one row a time. Values are interpolated between the neighbouring usable rows; the
-        standard uncertainty holds half the change of the value within one standard uncertainty of the time
-        before and after, so that a drop of the force nearby is not smoothed away. ``status`` is that of the
-        nearest row where no value can be had.
+        FORCE_AT_COLUMNS, one row a time. Values are interpolated between the neighbouring usable rows. The
+        standard uncertainty holds the root mean square of what the value changes within a normal doubt of the
+        time (JCGM 101:2008, 7; by quadrature), so that a drop of the force nearby counts. ``status`` says why
+        a value could not be had.
     """
     wanted = np.asarray(time_s, float)
     doubt = np.broadcast_to(np.asarray(time_std_s, float), wanted.shape)
     clock = record["time_s"].to_numpy(float)
-    status = record["status"].astype(str).to_numpy()
     columns = {name: record[name].to_numpy(float) for name in _VALUES}
-    found = {name: np.full(wanted.shape, np.nan) for name in _VALUES}
     step = float(np.median(np.diff(clock))) if clock.size > 1 else 0.0
-    for name in ("u_mm", "force_N", "arm_mm"):
-        found[name] = _between(wanted, clock, columns[name], step)
+    found = {name: _between(wanted, clock, columns[name], step) for name in ("u_mm", "force_N", "arm_mm")}
     for value, std in (("force_N", "force_std_N"), ("arm_mm", "arm_std_mm")):
         moved = _change(wanted, doubt, clock, columns[value])
-        known = np.isfinite(found[value])
-        found[std][known] = np.hypot(_between(wanted, clock, columns[std], step), moved)[known]
-    nearest = np.clip(np.searchsorted(clock, wanted - 0.5 * step), 0, clock.size - 1)
-    said = np.where(np.isfinite(wanted), status[nearest], ForceStatus.OUTSIDE_LOG.value)
-    outside = ~((wanted >= clock[0] - step) & (wanted <= clock[-1] + step))
-    said = np.where(outside, ForceStatus.OUTSIDE_LOG.value, said)
-    said = np.where(np.isfinite(found["force_N"]) & np.isfinite(found["arm_mm"]), ForceStatus.OK.value, said)
+        own = _between(wanted, clock, columns[std], step)
+        found[std] = np.where(np.isfinite(found[value]), np.hypot(own, moved), np.nan)
+    said = _status(wanted, clock, record["status"].astype(str).to_numpy(), found)
     table = {"frame": np.arange(wanted.size), "time_s": wanted, "time_std_s": doubt, **found, "status": said}
     return pd.DataFrame(table)[list(FORCE_AT_COLUMNS)]
+
+
+def _status(
+    wanted: Floats, clock: Floats, status: NDArray[np.object_], found: dict[str, Floats]
+) -> list[str]:
+    """Why a value could not be had: the reason of the nearest row, if that has one."""
+    right = np.clip(np.searchsorted(clock, wanted), 1, max(clock.size - 1, 1))
+    right = np.minimum(right, clock.size - 1)
+    left = np.maximum(right - 1, 0)
+    nearest = np.where(np.abs(wanted - clock[left]) <= np.abs(clock[right] - wanted), left, right)
+    force, arm = np.isfinite(found["force_N"]), np.isfinite(found["arm_mm"])
+    inside = (wanted >= clock[0]) & (wanted <= clock[-1])
+    said = []
+    for k, row in enumerate(nearest):
+        reason = status[row]
+        lost = reason not in (ForceStatus.OK, ForceStatus.NO_ARM)
+        if not inside[k]:
+            said.append(ForceStatus.OUTSIDE_LOG.value)
+        elif force[k]:
+            said.append(ForceStatus.OK.value if arm[k] else ForceStatus.NO_ARM.value)
+        else:
+            said.append(reason if lost else ForceStatus.GAP.value)
+    return said
 
 
 def _between(wanted: Floats, clock: Floats, values: Floats, step: float) -> Floats:
@@ -70,12 +88,22 @@ def _between(wanted: Floats, clock: Floats, values: Floats, step: float) -> Floa
 
 
 def _change(wanted: Floats, doubt: Floats, clock: Floats, values: Floats) -> Floats:
-    """Half the difference of the values one standard uncertainty later and earlier; 0 without doubt."""
+    """Root mean square of the change of the values over a normal doubt of the time; 0 without doubt."""
     good = np.isfinite(values)
     known = np.isfinite(wanted) & (doubt > 0)
     change = np.zeros(wanted.shape)
-    if good.any() and known.any():
-        late = np.interp(wanted[known] + doubt[known], clock[good], values[good])
-        early = np.interp(wanted[known] - doubt[known], clock[good], values[good])
-        change[known] = 0.5 * np.abs(late - early)
+    if not (good.any() and known.any()):
+        return change
+    t, v = clock[good], values[good]
+    nodes, weights = hermegauss(_NODES)
+    at, spread = wanted[known], doubt[known]
+    here = np.interp(at, t, v)
+    square, moved = np.zeros(at.shape), np.zeros(at.shape)
+    for node, weight in zip(nodes, weights / weights.sum(), strict=True):
+        there = np.clip(at + node * spread, t[0], t[-1])
+        square += weight * (np.interp(there, t, v) - here) ** 2
+        moved += weight * (there - np.clip(at, t[0], t[-1])) ** 2
+    # beyond the record's ends the value is taken to change as it does within
+    share = np.divide(moved, spread**2, out=np.ones(at.shape), where=moved > 0)
+    change[known] = np.sqrt(square / share)
     return change
