@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.loadcells.covariance import positive
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.run_log import RunLog
 from ploughval.loadcells.zero import Zero, zero_of
@@ -131,8 +132,9 @@ def empty_run(log: RunLog, zero: Zero, response: CellResponse) -> EmptyRun | Non
     used = own or zero
     steady = slice(motion.steady_start, motion.steady_end)
     moving = log.readings[:, steady] - used.mean[:, None]
-    start = log.u_mm[log.resting] if own else log.u_mm[:1]
-    u = log.u_mm[steady] - float(np.nanmedian(start))
+    known = np.isfinite(log.u_mm)
+    start = log.u_mm[known & log.resting] if own else log.u_mm[known][:1]
+    u = log.u_mm[steady] - (float(np.median(start)) if start.size else np.nan)
     good = np.isfinite(moving).all(axis=0) & np.isfinite(u)
     if good.sum() < 3:
         return None
@@ -141,7 +143,7 @@ def empty_run(log: RunLog, zero: Zero, response: CellResponse) -> EmptyRun | Non
     features, middles, fast = _blocks(moving, u, response)
     parts = np.array_split(response.moments(moving), min(_PARTS, moving.shape[1]), axis=1)
     slow = np.cov(np.stack([part.mean(axis=1) for part in parts], axis=1))
-    fast = _positive(fast - slope @ used.noise_cov @ slope.T)
+    fast = positive(fast - slope @ used.noise_cov @ slope.T)
     return EmptyRun(
         log.name, features, middles, fast, slow, log.speed_mm_s, motion.travel_mm, own is not None
     )
@@ -241,9 +243,3 @@ def _left_out(profiles: Floats, pieces: int, response: CellResponse) -> Floats:
         rest = rest - rest.mean(axis=1, keepdims=True)
         total += rest @ rest.T / BLOCKS
     return total / len(profiles)
-
-
-def _positive(cov: Floats) -> Floats:
-    """The nearest covariance without negative variances."""
-    values, vectors = np.linalg.eigh(cov)
-    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.loadcells.covariance import positive
+
 Floats = NDArray[np.float64]
 _REACH = 4.0  # standard deviations to which the kernel is summed
 _LEAST_ROWS = 0.5  # a kernel of fewer rows does not smooth
@@ -33,12 +35,14 @@ class Smoothed:
     lost: Floats
 
     def lost_cov(self, moving: NDArray[np.bool_], noise_cov: Floats) -> Floats:
-        """Mean square (2, 2) of the loss over rows (N,), less what noise (2, 2) of one sample gives."""
+        """Mean square (2, 2) of the loss over rows (N,), less what noise (2, 2) of one sample gives.
+
+        The cells lose together: most of it is common to both and leaves the force a small part.
+        """
         lost = self.lost[:, moving & np.isfinite(self.lost).all(axis=0)]
         if lost.shape[1] == 0:
             return np.zeros((2, 2))
-        noise = _LOST_NOISE * self.noise_share * np.diag(noise_cov)
-        return np.diag(np.maximum((lost**2).mean(axis=1) - noise, 0.0))
+        return positive(lost @ lost.T / lost.shape[1] - _LOST_NOISE * self.noise_share * noise_cov)
 
 
 def unsmoothed(readings: Floats) -> Smoothed:
@@ -74,7 +78,7 @@ def smooth(time_s: Floats, readings: Floats, bandwidth_Hz: float) -> Smoothed:
     once = _convolved(slot, readings, rows)
     wider_band = _convolved(slot, readings, rows / 2)
     lost = (4 / 3) * (wider_band - once)
-    return Smoothed(once, float(_noise_share(rows)), lost)
+    return Smoothed(once, float((_kernel(rows) ** 2).sum()), lost)
 
 
 def kernel_std_s(bandwidth_Hz: float) -> float:
@@ -86,15 +90,18 @@ def kernel_std_s(bandwidth_Hz: float) -> float:
     return float(np.sqrt(np.log(2.0) / 4.0) / (np.pi * bandwidth_Hz))
 
 
-def _noise_share(rows: float) -> float:
-    weights = np.exp(-0.5 * (np.arange(-int(_REACH * rows) - 1, int(_REACH * rows) + 2) / rows) ** 2)
-    return float((weights**2).sum() / weights.sum() ** 2)
+def _kernel(rows: float) -> Floats:
+    """Weights of a Gaussian kernel of so many rows, symmetric, of sum 1."""
+    reach = int(np.ceil(_REACH * rows))
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / rows) ** 2)
+    return np.asarray(weights / weights.sum())
 
 
 def _convolved(slot: NDArray[np.int64], readings: Floats, rows: float) -> Floats:
     """Weighted means about every row, one stretch without a long pause at a time."""
-    from scipy.ndimage import gaussian_filter1d
+    from scipy.signal import oaconvolve
 
+    kernel = _kernel(rows)
     result = np.full_like(readings, np.nan)
     # a pause longer than the kernel reaches parts the record: no memory is spent on it
     breaks = np.flatnonzero(np.diff(slot) > 2 * _REACH * rows) + 1
@@ -102,11 +109,10 @@ def _convolved(slot: NDArray[np.int64], readings: Floats, rows: float) -> Floats
         at = slot[part] - slot[part[0]]
         for cell, values in enumerate(readings[:, part]):
             good = np.isfinite(values)
-            total, weight = np.zeros(at[-1] + 1), np.zeros(at[-1] + 1)
-            np.add.at(total, at[good], values[good])
-            np.add.at(weight, at[good], 1.0)
-            total, weight = (
-                gaussian_filter1d(v, rows, mode="constant", truncate=_REACH) for v in (total, weight)
-            )
-            result[cell, part[good]] = total[at[good]] / weight[at[good]]
+            if not good.any():
+                continue
+            level = values[good].mean()  # taken off before the transform, whose rounding follows the size
+            sums = np.stack([np.bincount(at[good], values[good] - level), np.bincount(at[good])])
+            total, weight = oaconvolve(sums, kernel[None], mode="full", axes=1)[:, kernel.size // 2 :]
+            result[cell, part[good]] = level + total[at[good]] / weight[at[good]]
     return result
