@@ -1,4 +1,4 @@
-"""When the blade meets the sand: where the force leaves its noise."""
+"""When the blade meets the sand: where the force leaves what noise and friction can make."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 _NOISES = 5.0  # a mean of a few rows this many of its standard deviations above rest is a force
+_LEVELS = 3.0  # and above as many of what is not known of its level
 _ROWS = 5
 _HOLDS = 20  # rows over which the force must stay above
+_MOST_ROWS = 400  # about the rise that are looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +23,7 @@ class Contact:
 
 
 def find_contact(
-    time_s: Floats, u_mm: Floats, force_N: Floats, *, onset: int, noise_N: float
+    time_s: Floats, u_mm: Floats, force_N: Floats, *, onset: int, noise_N: float, level_std_N: float = 0.0
 ) -> Contact | None:
     """Find where a compensated force first leaves its noise.
 
@@ -33,12 +35,14 @@ def find_contact(
         Row from which the blade moves.
     noise_N : float
         Noise of one sample of the force.
+    level_std_N : float
+        Standard uncertainty of the force without a load, noise apart: zeros and friction.
 
     Returns
     -------
     Contact or None
-        None where the force never stays above its noise. The travel is that of the row before the rise; its
-        uncertainty is rectangular over the rows that the test of the noise needs (JCGM 100:2008, 4.3.7).
+        None where the force never stays above its noise. The travel is that where a straight rise, fitted up
+        to twice the force that was first told, begins.
     """
     rows = np.flatnonzero(np.isfinite(force_N) & np.isfinite(u_mm))
     rows = rows[rows >= onset]
@@ -46,17 +50,37 @@ def find_contact(
         return None
     force = force_N[rows]
     means = np.convolve(force, np.full(_ROWS, 1.0 / _ROWS), mode="valid")
-    above = means > max(_NOISES * noise_N / np.sqrt(_ROWS), 1e-9 * float(np.abs(force).max()))
-    if not above.any():
+    limit = _NOISES * noise_N / np.sqrt(_ROWS) + _LEVELS * level_std_N
+    first = _first_lasting(means > max(limit, 1e-9 * float(np.abs(force).max())))
+    if first is None:
         return None
-    # the first row from which the force stays above for a while
+    doubled = np.flatnonzero(means[first:] >= 2 * means[first])
+    last = first + (int(doubled[0]) if doubled.size else _HOLDS) + _ROWS
+    near = np.arange(max(first - 3 * (last - first) - _HOLDS, 0), min(last, force.size))
+    near = near[:: -(-near.size // _MOST_ROWS)]
+    u = np.abs(u_mm[rows] - u_mm[rows[near[0]]])
+    start, slope = _rise(u[near], force[near])
+    begin = int(near[start])
+    told = min(first + _ROWS // 2, force.size - 1)
+    told_mm = abs(float(u[told] - u[begin]))
+    row_mm = float(u[near[-1]] - u[near[0]]) / max(near.size - 1, 1)
+    fitted = 2 * noise_N / (slope * np.sqrt(near.size - start))  # x-intercept of a line on one side of it
+    std = np.sqrt(fitted**2 + (level_std_N / slope) ** 2 + row_mm**2 / 3 + told_mm**2 / 12)
+    return Contact(float(time_s[rows[begin]]), float(u_mm[rows[begin]]), float(std))
+
+
+def _first_lasting(above: NDArray[np.bool_]) -> int | None:
+    """First place from which ``above`` holds for a while, or to the end."""
     left = np.minimum(_HOLDS, np.arange(above.size, 0, -1))
     count = np.concatenate([[0], np.cumsum(above)])
     stays = count[np.minimum(np.arange(above.size) + _HOLDS, above.size)] - count[:-1] == left
-    if not stays.any():
-        return None
-    first = int(np.argmax(stays))
-    last_quiet = max(first - 1, 0)
-    u = u_mm[rows]
-    span = float(abs(u[min(first + _ROWS - 1, u.size - 1)] - u[last_quiet]))
-    return Contact(float(time_s[rows[first]]), float(u[first]), span / float(np.sqrt(12.0)))
+    return int(np.argmax(stays)) if stays.any() else None
+
+
+def _rise(u: Floats, force: Floats) -> tuple[int, float]:
+    """Row at which a force that is nothing and then rises straight begins to, and its slope, N/mm."""
+    lever = np.maximum(u[None, :] - u[:-1, None], 0.0)
+    power = np.maximum((lever**2).sum(axis=1), np.finfo(float).tiny)
+    product = lever @ force
+    start = int(np.argmax(np.where(product > 0, product**2 / power, 0.0)))
+    return start, max(float(product[start] / power[start]), np.finfo(float).tiny)

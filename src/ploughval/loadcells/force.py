@@ -202,8 +202,16 @@ def _contact(scene: Scene, test: RunLog, found: ForceArrays, rig: Rig, faults: l
     """When the force leaves its noise; said where the blade had travelled before."""
     if test.motion is None:
         return None
+    noise = _noise_N(rig)
+    std = found.force_std_N[test.moving]
+    std = std[np.isfinite(std)]
     contact = find_contact(
-        test.time_s, test.u_mm, found.force_N, onset=test.motion.onset, noise_N=_noise_N(rig)
+        test.time_s,
+        test.u_mm,
+        found.force_N,
+        onset=test.motion.onset,
+        noise_N=noise,
+        level_std_N=float(np.sqrt(max(std[0] ** 2 - noise**2, 0.0))) if std.size else 0.0,
     )
     if contact is None:
         faults.append("the force never leaves its noise: no contact with the sand was found")
