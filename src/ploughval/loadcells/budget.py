@@ -82,11 +82,11 @@ def _force_slopes(features: Floats, sources: Sources) -> _Slopes:
 
 def _arm_slopes(features: Floats, sources: Sources) -> _Slopes:
     upper, lower = sources.response.coefficients @ features
-    with np.errstate(divide="ignore", invalid="ignore"):
-        difference = upper - lower
-        scale = sources.geometry.spacing_mm / difference**2
-        by_moment = np.stack([lower * scale, -upper * scale])
-        explicit = -lower / difference
+    difference = upper - lower
+    difference[difference == 0] = np.nan
+    scale = sources.geometry.spacing_mm / difference**2
+    by_moment = np.stack([lower * scale, -upper * scale])
+    explicit = -lower / difference
     return _with_calibration(by_moment, explicit, np.ones_like(explicit), features, sources)
 
 
@@ -135,7 +135,7 @@ def _std(slopes: _Slopes, features: Floats, sources: Sources) -> Floats:
             variance += _quadratic(slopes.moments, term.cov) * term.weight
     wide = np.ones(variance.shape)
     for term in poor:
-        part = _quadratic(slopes.moments, term.cov) * term.weight
+        part = np.maximum(_quadratic(slopes.moments, term.cov) * term.weight, 0.0)
         wide *= _widening(np.broadcast_to(part, variance.shape), variance, term.dof)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)) * wide)
 

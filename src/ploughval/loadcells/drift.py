@@ -64,12 +64,12 @@ def zero_line(time_s: Floats, start: Zero, end: Zero | None = None) -> ZeroLine:
         return ZeroLine(start.mean[:, None] + drift[:, None] * along, between, drift)
     if not start.drifts or start.span_s <= 0:
         return ZeroLine(start.mean[:, None], (("zero offset", start.mean_cov, 1.0),), np.zeros(2))
-    slope, slope_std = start.drift / start.span_s, start.drift_std / start.span_s
+    slope, slope_cov = start.drift / start.span_s, start.drift_cov / start.span_s**2
     after = time_s - start.middle_s
     beyond = np.maximum(time_s - start.end_s, 0.0)
     parts: tuple[tuple[str, Floats, Floats | float], ...] = (
         ("zero offset", start.mean_cov, 1.0),
-        ("rate of the drift", np.diag(slope_std**2), after**2),
+        ("rate of the drift", slope_cov, after**2),
         ("drift that may have stopped", np.outer(slope, slope) * _LEVELLING, beyond**2),
     )
     last = float(after[-1]) if after.size else 0.0

@@ -20,11 +20,16 @@ class Zero:
     noise_cov: Floats  # of one sample
     mean_cov: Floats  # of the offsets
     drift: Floats  # change over the window
-    drift_std: Floats
+    drift_cov: Floats
     rows: int
     middle_s: float  # time that the mean belongs to
     end_s: float
     span_s: float
+
+    @property
+    def drift_std(self) -> Floats:
+        """Standard uncertainty (2,) of the change over the window."""
+        return np.asarray(np.sqrt(np.diag(self.drift_cov)))
 
     @property
     def drifts(self) -> bool:
@@ -61,16 +66,17 @@ def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
     noise_cov = residual @ residual.T / (count - 2)
     mean_cov = noise_cov / count
     span = float(t[-1] - t[0])
-    drift_std = span * np.sqrt(np.diag(noise_cov) / (t @ t))
+    drift_cov = noise_cov * (span**2 / (t @ t))
     if count >= 10 * _BLOCKS:
         blocks = np.stack([part.mean(axis=1) for part in np.array_split(residual, _BLOCKS, axis=1)], axis=1)
         block_cov = np.cov(blocks) / _BLOCKS
         ratio = np.diag(block_cov) / np.maximum(np.diag(mean_cov), np.finfo(float).tiny)
         if ratio.max() > _COLOURED:
             mean_cov = block_cov
-            drift_std = drift_std * np.sqrt(np.maximum(ratio, 1.0))
+            wider = np.sqrt(np.maximum(ratio, 1.0))
+            drift_cov = drift_cov * np.outer(wider, wider)
     return Zero(
-        mean, noise_cov, mean_cov, slope * span, drift_std, count, middle, middle + float(t[-1]), span
+        mean, noise_cov, mean_cov, slope * span, drift_cov, count, middle, middle + float(t[-1]), span
     )
 
 
@@ -80,4 +86,4 @@ def unknown_zero(cells: Floats) -> Zero:
     second = second[:, np.isfinite(second).all(axis=0)]
     noise = np.cov(second) / 6.0 if second.shape[1] > 1 else np.zeros((2, 2))
     none = np.zeros(2)
-    return Zero(none, np.asarray(noise), np.zeros((2, 2)), none, none, 0, 0.0, 0.0, 0.0)
+    return Zero(none, np.asarray(noise), np.zeros((2, 2)), none, np.zeros((2, 2)), 0, 0.0, 0.0, 0.0)
