@@ -110,9 +110,7 @@ def test_scaled_channels_of_a_daq_are_read_to_the_published_values():
 
 
 def read_log_of_three(file, channel, *, time_s):
-    return tdms(
-        file, time_s=time_s, displacement_mm=channel, moment_upper=channel, moment_lower=channel
-    )
+    return tdms(file, time_s=time_s, displacement_mm=channel, moment_upper=channel, moment_lower=channel)
 
 
 def test_a_waveform_whose_start_was_never_set_counts_from_zero():

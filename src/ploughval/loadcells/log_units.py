@@ -33,13 +33,18 @@ _SLASH = re.compile(r"(?P<stem>.+?)(?:\s*/\s*|\s+in\s+)(?P<unit>[^/]+)", re.DOTA
 
 
 def stem_and_unit(name: str) -> tuple[str, str]:
-    """A header's name without the unit in brackets at its end, and that unit; an empty unit for none.
+    """A header's name without the unit at its end, in brackets or after a slash; an empty unit for none.
 
     >>> stem_and_unit("M upper (N mm)"), stem_and_unit("time_s")
     (('M upper', 'N mm'), ('time_s', ''))
     """
     found = _BRACKET.fullmatch(name)
-    return (found["stem"].strip(), found["unit"].strip()) if found else (name.strip(), "")
+    if found:
+        return found["stem"].strip(), found["unit"].strip()
+    found = _SLASH.fullmatch(name)
+    if found and any(unit_factor(found["unit"], kind) is not None for kind in FACTORS):
+        return found["stem"].strip(), found["unit"].strip()
+    return name.strip(), ""
 
 
 def unit_factor(unit: str, kind: str) -> float | None:
@@ -66,9 +71,6 @@ def named_unit(name: str, kind: str) -> str:
     stem, unit = stem_and_unit(name)
     if unit:
         return unit
-    found = _SLASH.fullmatch(stem)
-    if found and unit_factor(found["unit"], kind) is not None:
-        return found["unit"].strip()
     words = [word for word in re.split(r"[_\s]+", stem) if word]
     for last in (words[-2:], words[-1:]):
         told = len(last) < len(words) or (kind == "time" and len(stem) > 1)

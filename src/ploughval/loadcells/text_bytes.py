@@ -1,5 +1,6 @@
-"""The bytes of a text table looked through once: NUL bytes, number of lines, a last line that is cut off."""
+"""The bytes of a text table, looked through once and made plain: encoding, NUL bytes, ends of lines."""
 
+import codecs
 import io
 import re
 from collections.abc import Iterator
@@ -9,52 +10,57 @@ from pathlib import Path
 from ploughval.errors import DataError
 
 _BLOCK = 1 << 24
+_START = 262_144
 _TAIL = 65_536
 
 
 @dataclass(frozen=True, slots=True)
 class TextBytes:
-    """What stands in a file's bytes.
+    """A text file to be read.
 
     Attributes
     ----------
     path : Path
+    encoding : str
     start, tail : bytes
-        The first and last 64 KiB or more.
-    line_ends : int
-        Number of line feeds.
+        The first and last part.
+    nuls : bool
+        Whether there were NUL bytes that belong to no letter.
     nul_line : int or None
-        Line, from 1, of the first NUL byte that has text after it; None without any.
-    cleaned : bytes or None
-        The whole file with NUL bytes at its end taken off and each other run of them made one question
-        mark, so that no number is read from it; None where the file itself can be read.
+        Line, from 1, of the first of them that has text after it.
+    plain : bytes or None
+        The whole file in UTF-8 or in its own encoding with line feeds alone, NUL bytes at its end taken off
+        and each other run of them made one question mark, so that no number is read from it; None where the
+        file can be read as it is.
     """
 
     path: Path
+    encoding: str
     start: bytes
     tail: bytes
-    line_ends: int
+    nuls: bool = False
     nul_line: int | None = None
-    cleaned: bytes | None = None
+    plain: bytes | None = None
 
-    @property
-    def source(self) -> Path | io.BytesIO:
+    def open(self) -> io.BufferedIOBase:
         """What to read the table from."""
-        return self.path if self.cleaned is None else io.BytesIO(self.cleaned)
+        return self.path.open("rb") if self.plain is None else io.BytesIO(self.plain)
 
-    @property
-    def is_wide(self) -> bool:
-        """Whether NUL bytes belong to the letters (UTF-16)."""
-        return self.cleaned is None and b"\0" in self.start
-
-    def lines(self, encoding: str) -> Iterator[str]:
+    def lines(self) -> Iterator[str]:
         """The lines one by one."""
-        with io.TextIOWrapper(
-            self.path.open("rb") if self.cleaned is None else io.BytesIO(self.cleaned),
-            encoding=encoding,
-            errors="replace",
-        ) as file:
+        with io.TextIOWrapper(self.open(), encoding=self.encoding, errors="replace") as file:
             yield from file
+
+    def last_line_is_cut(self) -> bool:
+        """Whether the last line lacks its end and is shorter than the lines before in fields or digits."""
+        *before, last = self.tail.decode(self.encoding, errors="replace").split("\n")[-21:]
+        before = [line for line in before if line.strip()][1:]  # the first may be the end of a line
+        if not last.strip() or len(before) < 3:
+            return False
+        pieces, others = _pieces(last), [_pieces(line) for line in before]
+        if len(pieces) < min(map(len, others)):
+            return True
+        return _decimals(pieces[-1]) < min(_decimals(fields[-1]) for fields in others)
 
 
 def look_through(path: Path) -> TextBytes:
@@ -67,52 +73,58 @@ def look_through(path: Path) -> TextBytes:
     """
     try:
         with path.open("rb") as file:
-            start = file.read(4 * _TAIL)
+            start = file.read(_START)
             file.seek(0)
-            ends = nuls = 0
+            nuls = returns = 0
             tail = b""
             while block := file.read(_BLOCK):
-                ends += block.count(b"\n")
                 nuls += block.count(b"\0")
+                returns += block.count(b"\r") - block.count(b"\r\n")
+                returns -= tail.endswith(b"\r") and block.startswith(b"\n")
                 tail = (tail + block)[-_TAIL:]
+        encoding = _encoding(start)
+        if nuls == 0 and returns == 0 and not encoding.startswith("utf-16"):
+            return TextBytes(path, encoding, start, tail)
+        data = path.read_bytes()
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}", path=path) from None
-    if nuls == 0 or _wide(start):
-        return TextBytes(path, start, tail, ends)
-    data = path.read_bytes().rstrip(b"\0")
+    return _made_plain(path, data, encoding)
+
+
+def _made_plain(path: Path, data: bytes, encoding: str) -> TextBytes:
+    if encoding.startswith("utf-16"):
+        data, encoding = (
+            data.decode(encoding, errors="replace").encode("utf-8", errors="replace"),
+            "utf-8-sig",
+        )
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    nuls = b"\0" in data
+    data = data.rstrip(b"\0")
     first = data.find(b"\0")
     line = None if first < 0 else data.count(b"\n", 0, first) + 1
     data = re.sub(rb"\0+", b"?", data)
-    return TextBytes(path, data[: 4 * _TAIL], data[-_TAIL:], data.count(b"\n"), line, data)
+    return TextBytes(path, encoding, data[:_START], data[-_TAIL:], nuls, line, data)
 
 
-def _wide(start: bytes) -> bool:
-    """Whether this is UTF-16: by its mark, or NUL bytes in every other place and only there."""
-    if start[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return True
-    halves = [start[offset:4096:2] for offset in (0, 1)]
-    return len(halves[1]) > 1 and any(
-        half.count(0) > 0.9 * len(half) and other.count(0) == 0 for half, other in (halves, halves[::-1])
-    )
+def _encoding(start: bytes) -> str:
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    for offset, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
+        zeros, letters = start[offset:4096:2], start[1 - offset : 4096 : 2]
+        if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and letters.count(0) == 0:
+            return encoding
+    try:
+        start.decode("utf-8")
+    except UnicodeDecodeError as error:
+        if error.start < len(start) - 4:  # not just a letter cut in two by the end of the block
+            return "latin-1"
+    return "utf-8-sig"
 
 
-def last_line_is_cut(content: TextBytes, encoding: str) -> bool:
-    """Whether the last line lacks its end and is shorter than the lines before in fields or in digits."""
-    if content.is_wide:
-        return False
-    lines = re.split(r"\r\n|\r|\n", content.tail.decode(encoding, errors="replace"))
-    if not lines[-1].strip():
-        return False
-    *before, last = lines[-21:]
-    before = [line for line in before if line.strip()][1:]  # the first may be the end of a line
-    if len(before) < 3:
-        return False
-    pieces, others = re.split(r"[;,\t| ]+", last), [re.split(r"[;,\t| ]+", line) for line in before]
-    if len(pieces) < min(map(len, others)):
-        return True
-    return len(_decimals(pieces[-1])) < min(len(_decimals(fields[-1])) for fields in others)
+def _pieces(line: str) -> list[str]:
+    return re.split(r"[;,\t| ]+", line.rstrip("\r"))
 
 
-def _decimals(field: str) -> str:
+def _decimals(field: str) -> int:
     found = re.fullmatch(r'"?[+-]?\d+\.(\d+)"?', field)
-    return found[1] if found else ""
+    return len(found[1]) if found else 0

@@ -1,22 +1,21 @@
 """The dialect of a text table: encoding, separator, decimal sign, headers and where its numbers start."""
 
-import codecs
 import contextlib
 import csv
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 from ploughval.errors import DataError
 from ploughval.loadcells.log_names import Wanted
 from ploughval.loadcells.log_units import stem_and_unit
+from ploughval.loadcells.text_bytes import TextBytes
 
 SPACES = r"\s+"
 _SEPARATORS = (";", "\t", ",", "|", SPACES)
 _HEAD_LINES = 200
-_HEAD_BYTES = 262_144
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
 _MOMENT_IN_TIME = re.compile(r"(?=.*[:/.-].*)\d[\dT:/., +-]*\d?( ?[AaPp][Mm]|Z)?")
 _NOT_A_NUMBER = frozenset({"", "nan", "na", "n/a", "inf", "+inf", "-inf", "null", "none", "-", "--"})
@@ -28,7 +27,7 @@ class Dialect:
 
     Attributes
     ----------
-    encoding, separator, decimal : str
+    separator, decimal : str
     names, below : tuple of str
         Fields of the header, and of the row of units under it; numbers from 1 without a header.
     skip : int
@@ -37,7 +36,6 @@ class Dialect:
         Whether cells with numbers stand in quotes.
     """
 
-    encoding: str
     separator: str
     decimal: str
     names: tuple[str, ...]
@@ -46,19 +44,20 @@ class Dialect:
     quoted: bool
 
 
-def find_dialect(start: bytes, wanted: Wanted, path: Path) -> Dialect:
-    """Find the dialect from a file's first bytes (a whole number of lines is not needed).
+def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
+    """Find the dialect from the first lines of a file.
 
     Raises
     ------
     DataError
         No row of numbers within the first lines.
     """
-    encoding = _encoding(start)
-    text = start[:_HEAD_BYTES].decode(encoding, errors="replace")
-    head = re.split(r"\r\n|\r|\n", text)[:_HEAD_LINES]
-    if len(start) >= _HEAD_BYTES and len(head) > 1 and len(head) < _HEAD_LINES:
-        head = head[:-1]
+    head = [
+        line.rstrip("\r") for line in content.start.decode(content.encoding, errors="replace").split("\n")
+    ]
+    if len(head) <= _HEAD_LINES and len(head) > 1 and len(content.start) > len(content.tail):
+        head = head[:-1]  # cut by the end of what was read
+    head = head[:_HEAD_LINES]
     separator = max(_SEPARATORS, key=lambda sign: _score(head, sign, wanted))
     rows = [split_line(line, separator) for line in head]
     counts = [_names_in(row, wanted) for row in rows]
@@ -71,7 +70,7 @@ def find_dialect(start: bytes, wanted: Wanted, path: Path) -> Dialect:
         raise DataError(
             f"no row of numbers in its first {_HEAD_LINES} lines; expected the columns "
             f"{', '.join(wanted.names.values())}",
-            path=path,
+            path=content.path,
         )
     if named is None and first > 0:
         above = [k for k in range(first) if len(rows[k]) == len(rows[first]) and any(rows[k])]
@@ -84,7 +83,7 @@ def find_dialect(start: bytes, wanted: Wanted, path: Path) -> Dialect:
     numbers = rows[first:]
     comma = any("," in field for row in numbers for field in row if _is_number(field))
     quoted = any('"' in line for line in head[first:])
-    return Dialect(encoding, separator, "," if comma else ".", names, tuple(below), first, quoted)
+    return Dialect(separator, "," if comma else ".", names, tuple(below), first, quoted)
 
 
 def split_line(line: str, separator: str) -> list[str]:
@@ -96,21 +95,6 @@ def split_line(line: str, separator: str) -> list[str]:
         with contextlib.suppress(csv.Error):  # at a stray quote the plain fields are as good
             fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
     return [field.strip().strip('"').strip() for field in fields]
-
-
-def _encoding(start: bytes) -> str:
-    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return "utf-16"
-    for offset, encoding in ((1, "utf-16-le"), (0, "utf-16-be")):
-        half = start[offset:4096:2]
-        if len(half) > 1 and half.count(0) > 0.9 * len(half) and start[1 - offset : 4096 : 2].count(0) == 0:
-            return encoding
-    try:
-        start.decode("utf-8")
-    except UnicodeDecodeError as error:
-        if error.start < len(start) - 4:  # not just a letter cut in two by the end of the block
-            return "latin-1"
-    return "utf-8-sig"
 
 
 def _is_number(field: str) -> bool:
@@ -130,12 +114,17 @@ def _names_in(fields: Sequence[str], wanted: Wanted) -> int:
     return sum(bool(_folded(name) & there) for name in wanted.names.values())
 
 
-def _score(head: Sequence[str], separator: str, wanted: Wanted) -> tuple[int, int, int]:
-    """How well a separator splits: wanted names in one line, then numbers, then fields of a time."""
-    rows = [split_line(line, separator) for line in head]
-    names = max((_names_in(row, wanted) for row in rows), default=0)
-    numbers = sum(sum(map(_is_number, row)) for row in rows if len(row) > 1)
-    return names, numbers, sum(sum(map(_is_time, row)) for row in rows if len(row) > 1)
+def _score(head: Sequence[str], separator: str, wanted: Wanted) -> tuple[int, int, int, int]:
+    """How well a separator splits: wanted names in one line, numbers in lines as wide, numbers, times."""
+    rows = [row for line in head if len(row := split_line(line, separator)) > 1]
+    if not rows:
+        return 0, 0, 0, 0
+    names = [_names_in(row, wanted) for row in rows]
+    widths = Counter(map(len, rows))
+    width = len(rows[names.index(max(names))]) if any(names) else widths.most_common(1)[0][0]
+    numbers = [sum(map(_is_number, row)) for row in rows]
+    alike = sum(n for n, row in zip(numbers, rows, strict=True) if len(row) == width)
+    return max(names), alike, sum(numbers), sum(sum(map(_is_time, row)) for row in rows)
 
 
 def _is_time(field: str) -> bool:

@@ -15,7 +15,7 @@ from ploughval.loadcells.log_names import VALUE_COLUMNS, Wanted, column_unit, fi
 from ploughval.loadcells.log_rows import FileRows, name_rows
 from ploughval.loadcells.log_units import stem_and_unit
 from ploughval.loadcells.raw_log import RawLog
-from ploughval.loadcells.text_bytes import TextBytes, last_line_is_cut, look_through
+from ploughval.loadcells.text_bytes import TextBytes, look_through
 from ploughval.loadcells.text_dialect import Dialect, find_dialect, split_line
 
 _WRONG_LINES = 5
@@ -44,7 +44,7 @@ def read_text(path: Path, wanted: Wanted) -> RawLog:
         The file cannot be read as a table, or has not the columns.
     """
     content = look_through(path)
-    dialect = find_dialect(content.start, wanted, path)
+    dialect = find_dialect(content, wanted)
     places = find_places(dialect.names, wanted, path)
     units = {
         key: column_unit(
@@ -112,22 +112,23 @@ def _parse(content: TextBytes, dialect: Dialect) -> tuple[pd.DataFrame, list[int
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            table = pd.read_csv(
-                content.source,
-                sep=dialect.separator,
-                decimal=dialect.decimal,
-                header=None,
-                names=list(range(len(dialect.names))),
-                index_col=False,
-                skiprows=dialect.skip,
-                skipinitialspace=True,
-                skip_blank_lines=False,
-                encoding=dialect.encoding,
-                encoding_errors="replace",
-                # A stray quote must not swallow the lines up to the next one.
-                quoting=csv.QUOTE_MINIMAL if dialect.quoted else csv.QUOTE_NONE,
-                on_bad_lines="warn",
-            )
+            with content.open() as file:
+                table = pd.read_csv(
+                    file,
+                    sep=dialect.separator,
+                    decimal=dialect.decimal,
+                    header=None,
+                    names=list(range(len(dialect.names))),
+                    index_col=False,
+                    skiprows=dialect.skip,
+                    skipinitialspace=True,
+                    skip_blank_lines=False,
+                    encoding=content.encoding,
+                    encoding_errors="replace",
+                    # A stray quote must not swallow the lines up to the next one.
+                    quoting=csv.QUOTE_MINIMAL if dialect.quoted else csv.QUOTE_NONE,
+                    on_bad_lines="warn",
+                )
         except (ValueError, OSError, OverflowError, MemoryError) as error:
             raise DataError(f"cannot be read as a text table: {error}", path=content.path) from None
     lines = [int(n) for item in caught for n in re.findall(r"[Ss]kipping line (\d+)", str(item.message))]
@@ -135,7 +136,7 @@ def _parse(content: TextBytes, dialect: Dialect) -> tuple[pd.DataFrame, list[int
 
 
 def _nul_faults(content: TextBytes) -> list[str]:
-    if content.cleaned is None:
+    if not content.nuls:
         return []
     if content.nul_line is None:
         return ["NUL bytes at the end: taken off (the file was not closed as it should)"]
@@ -177,7 +178,7 @@ def _sieve(
             ).to_numpy()
     again &= dialect.skip > 0
     short = _short_rows(content, dialect, suspect & ~empty & ~again, lines, max(places.values()))
-    if count and last_line_is_cut(content, dialect.encoding):
+    if count and content.last_line_is_cut():
         last = int(np.flatnonzero(~empty)[-1]) if not empty.all() else 0
         short[last] = False
         dropped[last] = True
@@ -211,7 +212,7 @@ def _short_rows(
     if rows.size == 0:
         return short
     asked = dict(zip(lines[rows].tolist(), rows.tolist(), strict=True))
-    for number, line in enumerate(content.lines(dialect.encoding), start=1):
+    for number, line in enumerate(content.lines(), start=1):
         row = asked.get(number)
         if row is not None:
             short[row] = len(split_line(line, dialect.separator)) <= last_place
