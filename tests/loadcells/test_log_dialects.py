@@ -120,9 +120,17 @@ PIECES = st.one_of(
             b"-1e308",
             b"1e999",
             b"nan",
+            *(
+                b"inf",
+                b"2026-11-27 10:00:00",
+                b"11/12/2026",
+                b"10:15:03",
+                b"\xff\xfe",
+                b"\xef\xbb\xbf",
+                b"0x1f",
+            ),
+            *(NAMES[0].encode(), b",,,,,,,,,", b"9" * 30, b"1_000", b"True", b"\xe9", b"(s)"),
         ]
-        + [b"inf", b"2026-11-27 10:00:00", b"11/12/2026", b"10:15:03", b"\xff\xfe", b"\xef\xbb\xbf", b"0x1f"]
-        + [NAMES[0].encode(), b",,,,,,,,,", b"99999999999999999999999999", b"1_000", b"True", b"\xe9", b"(s)"]
     ),
 )
 
@@ -130,11 +138,13 @@ PIECES = st.one_of(
 def ends_well(path):
     """The file is read or refused with a message that names it, within a second."""
     begun = time.perf_counter()
+    log, refused = None, path.name
     try:
         log = read_log(path, LogColumns())
     except PloughvalError as error:
-        assert path.name in str(error)
-    else:
+        refused = str(error)
+    assert path.name in refused
+    if log is not None:
         steps = np.diff(log.data["time_s"])
         assert (steps > 0).all()
         assert np.isfinite(log.data["time_s"]).all()

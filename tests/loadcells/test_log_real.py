@@ -64,7 +64,7 @@ def test_the_plateaus_of_two_cells_in_series_are_those_that_are_published():
     for (start, end), levels in published.items():
         inside = (time >= start) & (time <= end)
         for name, zero, level in zip(VALUES[1:], (5794, 12458), levels, strict=True):
-            # 70 to 80 counts of noise, 80 rows or more: 9 counts; the published levels are of a median filter.
+            # Noise of 80 counts in 80 rows or more: 9 counts; the published levels are of a median filter.
             assert data[name][inside].mean() - zero == pytest.approx(level, abs=25)
 
 

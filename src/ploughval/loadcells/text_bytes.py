@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from ploughval.errors import DataError
 
@@ -42,7 +43,7 @@ class TextBytes:
     nul_line: int | None = None
     plain: bytes | None = None
 
-    def open(self) -> io.BufferedIOBase:
+    def open(self) -> BinaryIO:
         """What to read the table from."""
         return self.path.open("rb") if self.plain is None else io.BytesIO(self.plain)
 
