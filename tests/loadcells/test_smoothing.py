@@ -86,8 +86,8 @@ def test_irregular_sampling_and_missing_values_neither_shift_nor_bias():
     assert np.isfinite(found.readings[1]).all()
     far = slice(100, 3900)
     error = found.readings[0, far] - line[far]
-    # A row counts at the nearest of regular times, 0.9 of a step away at most, on a slope of 2. A fifth of the
-    # rows missing by chance moves the middle of 23 rows' weight by kernel x sqrt(0.25 / 23): four of those.
+    # A row counts at the nearest of regular times, 0.9 of a step away at most, on a slope of 2. A fifth of
+    # the rows missing moves the middle of the weight of 23 by kernel x sqrt(0.25 / 23): four of those.
     # At the edge of a gap the kernel has one side only, whose middle is kernel x sqrt(2 / pi) away.
     kernel = kernel_std_s(2.0)
     gap = np.abs(t[far] - t[1510]) < 4 * kernel + 0.1

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ploughval.loadcells.zero import Zero
 
 Floats = NDArray[np.float64]
-_LEVELLING = 1 / 12
-"""Variance, in squares of the drift taken off beyond the rest, of one that may have stopped at any moment."""
+_LEVELLING = 1 / 3
+"""Mean square, in squares of the drift taken off beyond the rest, of what is too much where it stopped."""
 _BOW = 1 / 48
 """Variance, in squares of the drift between two rests, of a bow of up to a quarter of it (rectangular)."""
 
@@ -38,7 +38,8 @@ def zero_line(time_s: Floats, start: Zero, end: Zero | None = None) -> ZeroLine:
 
     Between two rests the zeros run straight. With the first rest alone they are constant, unless they drift
     there beyond three standard deviations: then the drift goes on at its rate, and the part beyond the rest
-    is as uncertain as one that may have stopped at any moment since (rectangular; JCGM 100:2008, 4.3.7).
+    is as uncertain as one that may have stopped at any moment since (rectangular from nothing to all of it,
+    about all of it; JCGM 100:2008, 4.3.7).
 
     Parameters
     ----------
