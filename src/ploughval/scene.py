@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError
 from ploughval.errors import ConfigError, Fault
 from ploughval.scene_base import Table
 from ploughval.scene_camera import Board, Camera, Interval, Window
-from ploughval.scene_cells import CellCalibration, LoadCells, LogColumns
+from ploughval.scene_cells import CellCalibration, LoadCells, LogColumns, Staircase
 from ploughval.scene_faults import (
     file_faults,
     find_files,
@@ -54,6 +54,7 @@ __all__ = [
     "Report",
     "Scene",
     "Soil",
+    "Staircase",
     "Step",
     "Table",
     "TestTable",
