@@ -33,7 +33,7 @@ class Dialect:
     skip : int
         Lines before the first row of numbers.
     quoted : bool
-        Whether cells with numbers stand in quotes.
+        Whether lines hold cells in quotes as a rule; else a quote is a letter.
     """
 
     separator: str
@@ -42,6 +42,12 @@ class Dialect:
     below: tuple[str, ...]
     skip: int
     quoted: bool
+
+    def fields(self, line: str) -> int:
+        """How many fields a line has."""
+        if self.quoted:
+            return len(split_line(line, self.separator))
+        return len(line.split() if self.separator == SPACES else line.split(self.separator))
 
 
 def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
@@ -82,7 +88,8 @@ def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
     below = next((row for row in filled if len(row) == len(names) and not _is_data(row, [])), [])
     numbers = rows[first:]
     comma = any("," in field for row in numbers for field in row if _is_number(field))
-    quoted = any('"' in line for line in head[first:])
+    cells = [line for line in head[first:] if line.strip()]
+    quoted = 2 * sum('"' in line for line in cells) >= len(cells)
     return Dialect(separator, "," if comma else ".", names, tuple(below), first, quoted)
 
 

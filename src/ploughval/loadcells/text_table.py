@@ -16,7 +16,7 @@ from ploughval.loadcells.log_rows import FileRows, name_rows
 from ploughval.loadcells.log_units import stem_and_unit
 from ploughval.loadcells.raw_log import RawLog
 from ploughval.loadcells.text_bytes import TextBytes, look_through
-from ploughval.loadcells.text_dialect import Dialect, find_dialect, split_line
+from ploughval.loadcells.text_dialect import Dialect, find_dialect
 
 _WRONG_LINES = 5
 
@@ -59,6 +59,9 @@ def read_text(path: Path, wanted: Wanted) -> RawLog:
     table, skipped = _parse(content, dialect)
     cells = {key: table[k] for key, k in places.items()}
     faults = _nul_faults(content)
+    if dialect.quoted:
+        lost = sum(1 for _ in content.lines()) - dialect.skip - len(table) - len(skipped)
+        faults += [f"a quote that is not closed: {lost} lines lost in it"] if lost > 0 else []
     if skipped:
         shown = ", ".join(map(str, skipped[:_WRONG_LINES]))
         more = f" and {len(skipped) - _WRONG_LINES} more" if len(skipped) > _WRONG_LINES else ""
@@ -215,7 +218,7 @@ def _short_rows(
     for number, line in enumerate(content.lines(), start=1):
         row = asked.get(number)
         if row is not None:
-            short[row] = len(split_line(line, dialect.separator)) <= last_place
+            short[row] = dialect.fields(line) <= last_place
     return short
 
 
