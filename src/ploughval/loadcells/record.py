@@ -15,6 +15,7 @@ from ploughval.loadcells.response import CellResponse
 Floats = NDArray[np.float64]
 ARM_LIMIT = 5.0
 """Forces below this many standard uncertainties have no line of action."""
+_ROUNDING = 1e-9  # nor have those below this share of the largest, where nothing else is uncertain
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +106,9 @@ def force_from_readings(
     arm_force, arm_lower = (force_N, force_cells[1]) if per_cell else (raw_N, raw_cells[1])
     arm_mm = line_of_action(arm_lower, arm_force, geometry.lower_to_tip_mm)
     arm_mm_std = arm_std(arm_features, arm_sources)
-    small = ~(np.abs(arm_force) >= ARM_LIMIT * std_N)
+    size = np.abs(arm_force)
+    rounding = _ROUNDING * float(np.nanmax(size, initial=0.0))
+    small = ~((size >= ARM_LIMIT * std_N) & (size > rounding))
     for values in (arm_mm, arm_mm_std):
         values[small] = np.nan
     std_N[~np.isfinite(force_N)] = np.nan
