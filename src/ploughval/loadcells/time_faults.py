@@ -84,7 +84,7 @@ def usual_step(time: Floats) -> float:
 
 
 def _drop_leaps(rows: Rows) -> None:
-    """Rows (fewer than a jump's) far ahead of those around them, or one behind where no row is missing."""
+    """Rows far ahead of those around them, fewer than a jump has, or one behind that is missing in its place."""
     time, step = rows.time, usual_step(rows.time)
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0) + 1
@@ -97,7 +97,9 @@ def _drop_leaps(rows: Rows) -> None:
         if ahead.size:
             leap[start + int(ahead[-1]) + 1 : k] = True
         elif (
-            k + 1 < time.size and 0 < time[k + 1] - time[k - 1] < 1.5 * step and time[k - 1] - time[k] > step
+            k + 1 < time.size
+            and 1.5 * step < time[k + 1] - time[k - 1] < 2.5 * step
+            and time[k - 1] - time[k] > step
         ):
             leap[k] = True
     # A first row far ahead of all others has none before it to compare with.
@@ -192,7 +194,8 @@ def gap_places(time: Floats) -> Places:
     usual, most = (float(v) for v in np.percentile(some, [50.0, 99.0]))
     limit = (1 + _EPS) * max(_GAP_STEPS * usual, _IRREGULAR * most if most <= _GAP_STEPS * usual else 0.0)
     long = np.flatnonzero(steps > limit)
-    around = np.clip(long[:, None] + np.arange(-3, 4), 0, steps.size - 1)
+    around = np.abs(long[:, None] + np.arange(-3, 4))
+    around = np.clip(np.where(around >= steps.size, 2 * (steps.size - 1) - around, around), 0, None)
     local = np.median(steps[around], axis=1) if long.size else np.empty(0)
     return np.asarray(long[steps[long] > _GAP_STEPS * local] + 1, dtype=np.intp)
 
