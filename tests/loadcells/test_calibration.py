@@ -1,5 +1,9 @@
 """Calibration files to a response: what comes out of good ones, and what is said of wrong ones."""
 
+import os
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -244,6 +248,29 @@ def test_a_staircase_log_is_a_calibration(tmp_path):
     np.testing.assert_allclose(gains, [0.02, 0.025], rtol=8e-4)
     assert result.points["run"].tolist() == ["1"] * 10
     assert result.points["file"].tolist() == ["stairs-0.csv"] * 5 + ["stairs-150.csv"] * 5
+
+
+def test_two_real_cells_in_series_return_as_published(tmp_path):
+    root = os.environ.get("PLOUGHVAL_SHARED")
+    shared = Path(root) if root else Path(__file__).resolve().parents[3] / "shared"
+    log = shared / "realdata/loadcells_series_hx711/LoadCellCalibrationData.txt"
+    if not log.is_file():
+        pytest.skip("the real log is not here")
+    shutil.copy(log, tmp_path / "series.csv")
+    loads = [0.0, 44.48, 88.96, 133.45, 177.93, 133.45, 88.96, 44.48, 0.0]
+    lines = (
+        f'[[loadcells.calibration.staircases]]\nlog = "series.csv"\nloads_N = {loads}\narm_mm = 0.0\n'
+        '[loadcells.columns]\nmoment_upper_Nm = "11"\nmoment_lower_Nm = "12"\n'
+    )
+    result = calibrated(tmp_path, [], lines=lines)
+    assert result.points["direction"].tolist() == ["up"] * 5 + ["down"] * 4
+    assert result.points["used"].all()
+    quality = result.quality.set_index(["quantity", "cell"])["percent_of_full_scale"]
+    # Published: the way back repeats the way up to 0.3 per cent of full load.
+    assert (quality["hysteresis"] < 0.3).all()
+    # 4.448 N per 1000 counts of either cell, at levers of 0.41 and 0.26 m.
+    gains = result.response.coefficients[[0, 1], [0, 1]] / [0.41, 0.26]
+    np.testing.assert_allclose(gains, 4.448e-3, rtol=0.008)
 
 
 def test_given_constants_are_the_response_and_tables_are_empty(tmp_path):
