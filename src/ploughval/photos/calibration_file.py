@@ -69,8 +69,8 @@ def calibration_record(found: Calibration) -> dict[str, Any]:
     }
 
 
-def read_calibration(path: Path, shape: tuple[int, int]) -> Calibration:
-    """Read calibration.json for photographs of (H, W) px.
+def read_calibration(path: Path, shape: tuple[int, int] | None = None) -> Calibration:
+    """Read calibration.json, for photographs of (H, W) px or for those that it was made for.
 
     Raises
     ------
@@ -80,7 +80,9 @@ def read_calibration(path: Path, shape: tuple[int, int]) -> Calibration:
         Photographs of another size.
     """
     held = _read(path)
-    if held.photograph_px != (shape[1], shape[0]):
+    made_for = held.photograph_px[::-1]
+    shape = made_for if shape is None else shape
+    if made_for != shape:
         raise CalibrationError(
             f"{path}: for photographs of {held.photograph_px[0]} x {held.photograph_px[1]} px; got "
             f"{shape[1]} x {shape[0]} px. Use the calibration of a test of the same set-up"

@@ -11,6 +11,7 @@ from jinja2 import BaseLoader, Environment, StrictUndefined, TemplateNotFound
 
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.report.blocks import Chapter, Pen
+from ploughval.report.calibration import calibration_chapter
 from ploughval.report.chapters import (
     bands_chapter,
     field_chapter,
@@ -74,6 +75,7 @@ def single_page(results: Results) -> str:
         shear_chapter(results, pen),
         friction_chapter(results, pen),
         load_cells_chapter(results, pen),
+        calibration_chapter(results, pen),
         quality_chapter(results, pen),
         provenance_chapter(results),
     )

@@ -1,19 +1,17 @@
-"""How the numbers came about: calibration, blade, frames, settings, provenance."""
+"""How the numbers came about: blade, frames, settings, provenance."""
 
 from typing import Any
 
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
 from ploughval.report.figures import blade_figure, volume_figure
-from ploughval.report.results import CalibrationEntry, FrameEntry, Results
-from ploughval.report.text import MISSING, number, with_std
+from ploughval.report.results import FrameEntry, Results
+from ploughval.report.text import number
 
 
 def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """Faults, calibration, blade and the frame ledger."""
+    """Faults, blade and the frame ledger."""
     run = results.run
     drawings, tables = [], []
-    if run.calibration is not None:
-        tables.append(_calibration(run.calibration))
     if results.blade is not None and results.blade["blade_x_mm"].notna().any():
         drawings.append(
             pen.draw(
@@ -42,22 +40,6 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
     if not (drawings or tables or notes or run.faults):
         return None
     return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes, faults=run.faults)
-
-
-def _calibration(entry: CalibrationEntry) -> Table:
-    std = None
-    if entry.mm_per_px is not None and entry.scale_std is not None:
-        std = entry.mm_per_px * entry.scale_std
-    rows = [
-        [Cell("Method"), Cell(entry.method or MISSING)],
-        [Cell("Scale at the tip, mm per px"), Cell(with_std(entry.mm_per_px, std), entry.mm_per_px)],
-        [
-            Cell("Relative standard uncertainty of the scale"),
-            Cell(number(entry.scale_std, 2), entry.scale_std),
-        ],
-        [Cell("Residual of the points, px rms"), Cell(number(entry.residual_px, 3), entry.residual_px)],
-    ]
-    return Table("Calibration", ("", ""), rows)
 
 
 def _ledger(caption: str, frames: list[FrameEntry], *, folded: bool) -> Table:

@@ -3,6 +3,7 @@
 from ploughval.report.figures.agreement import agreement_figure
 from ploughval.report.figures.bands import bands_figure
 from ploughval.report.figures.budget import budget_figure, by_source
+from ploughval.report.figures.calibration import PictureMap, residual_figure, scale_figure
 from ploughval.report.figures.field import field_figure
 from ploughval.report.figures.force import arm_figure, force_figure
 from ploughval.report.figures.kinematics import kinematics_figure
@@ -15,6 +16,7 @@ from ploughval.report.figures.volume import volume_figure
 
 __all__ = [
     "Picture",
+    "PictureMap",
     "Side",
     "agreement_figure",
     "arm_figure",
@@ -29,6 +31,8 @@ __all__ = [
     "layers_figure",
     "mobilised_figure",
     "preview_figure",
+    "residual_figure",
+    "scale_figure",
     "shear_figure",
     "volume_figure",
 ]
