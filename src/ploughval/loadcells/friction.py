@@ -26,6 +26,7 @@ PAYS = 0.8
 """Pieces are taken where they leave less than this share of the variance that the mean leaves in a run left
 out.
 """
+_REACHES = 0.9  # of the longest run's travel
 _PARTS = 20
 
 
@@ -187,7 +188,8 @@ def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
     means = np.stack([run.mean for run in runs], axis=1)
     level = response.coefficients @ means
     fast = np.mean([run.fast_cov for run in runs], axis=0)
-    u = _common_travel(runs)
+    long = _long(runs)
+    u = _common_travel(long)
     mean = means.mean(axis=1, keepdims=True)
     if count == 1:
         reason = "the mean: one run cannot show that friction along the travel repeats"
@@ -197,7 +199,7 @@ def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
         slow = np.mean([run.slow_cov for run in runs], axis=0)
         reason = "the mean: the runs share too little travel to compare them along it"
         return Friction(mean, u[:1], cov, count - 1.0, fast + slow, count, reason)
-    profiles = np.stack([_on(run, u) for run in runs])
+    profiles = np.stack([_on(run, u) for run in long])
     left = {pieces: _left_out(profiles, pieces, response) for pieces in (1, *PIECES)}
     size = {pieces: float(np.trace(cov)) for pieces, cov in left.items()}
     best = min(PIECES, key=lambda pieces: size[pieces])
@@ -209,6 +211,13 @@ def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
     words = f"a run left out is met to {met} N m along its travel, by the mean to {by_mean}"
     reason = f"against the travel, in {taken} pieces: {words}" if pays else f"the mean: {words}"
     return Friction(features, at, cov, count - 1.0, fast + left[taken], count, reason)
+
+
+def _long(runs: Sequence[EmptyRun]) -> Sequence[EmptyRun]:
+    """Runs that reach as far as the longest, if there are two; a short one would hide what these show."""
+    reach = [abs(float(run.u_mm[-1] - run.u_mm[0])) for run in runs]
+    far = [run for run, length in zip(runs, reach, strict=True) if length >= _REACHES * max(reach)]
+    return far if len(far) > 1 else runs
 
 
 def _common_travel(runs: Sequence[EmptyRun]) -> Floats:
