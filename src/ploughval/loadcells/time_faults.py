@@ -84,7 +84,7 @@ def usual_step(time: Floats) -> float:
 
 
 def _drop_leaps(rows: Rows) -> None:
-    """Rows far ahead of those around them, fewer than a jump has, or one behind that is missing in its place."""
+    """Drop rows far ahead of those around them, fewer than a jump has, and lone ones behind."""
     time, step = rows.time, usual_step(rows.time)
     steps = np.diff(time)
     back = np.flatnonzero(steps < 0) + 1

@@ -95,11 +95,14 @@ def saturated(values: Floats, onset: int) -> Mask:
     finite = moving[np.isfinite(moving)]
     if finite.size < 2 * _LEAST_SATURATED or finite.min() == finite.max():
         return found
-    for extreme in (float(finite.min()), float(finite.max())):
+    low, high = float(finite.min()), float(finite.max())
+    for extreme in (low, high):
         starts, ends = _runs(moving == extreme)
         if starts.size == 0 or (ends - starts).max() < _LEAST_SATURATED:
             continue
-        least = max(_LEAST_SATURATED, _longest_by_chance(finite[finite != extreme], finite.size))
+        least = max(
+            _LEAST_SATURATED, _longest_by_chance(finite[(finite != low) & (finite != high)], finite.size)
+        )
         for start, end in zip(starts, ends, strict=True):
             if end - start >= least:
                 found[onset + start : onset + end] = True
