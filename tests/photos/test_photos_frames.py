@@ -2,6 +2,7 @@
 
 import logging
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,9 @@ def test_files_that_are_no_photographs_are_left_out_and_told(make_scene, write_p
 def test_a_series_that_holds_nothing_is_refused(make_scene, tmp_path):
     with pytest.raises(DataError, match="no photograph matches"):
         open_frames(make_scene())
+    (tmp_path / "photos" / "a.heic").write_bytes(b"x")
+    with pytest.raises(DataError, match=r"files of other kinds do \(\.heic\): convert them"):
+        open_frames(make_scene())
     (tmp_path / "photos" / "a.png").write_bytes(b"")
     with pytest.raises(DataError, match="none of 1 photographs can be read"):
         open_frames(make_scene())
@@ -154,6 +158,32 @@ def test_a_scene_without_camera_is_refused(tmp_path):
         open_frames(scene)
 
 
+def test_each_third_photograph_keeps_its_time_and_number_by_name(make_scene, write_photos):
+    write_photos([f"img{k}.png" for k in range(11)])
+    series = open_frames(make_scene(times={"start_s": 5, "interval_s": 2}, every=3))
+    assert numbers(series) == [0, 3, 6, 9]
+    np.testing.assert_array_equal(series.time_s, [5, 11, 17, 23])
+
+
+def test_standard_uncertainties_go_with_their_frames(make_scene, write_photos, tmp_path):
+    write_photos(["a.png", "b.png", "c.png"])
+    (tmp_path / "t.csv").write_text("file,time_s\na.png,5\nc.png,4\n")
+    series = open_frames(make_scene(times="t.csv"))
+    assert [p.name for p in series.paths] == ["c.png", "b.png", "a.png"]
+    np.testing.assert_array_equal(series.time_std_s, [0, np.nan, 0])
+    assert np.isnan(open_frames(make_scene()).time_std_s).all()
+
+
+def test_photographs_read_at_once_by_several_threads_are_the_same(make_scene, tmp_path):
+    pictures = [Image.fromarray(np.full((20, 30), 7 * k, np.uint8)) for k in range(20)]
+    pictures[0].save(tmp_path / "photos" / "a.gif", save_all=True, append_images=pictures[1:])
+    series = open_frames(make_scene())
+    wanted = np.random.default_rng(0).permutation(np.tile(np.arange(20), 4))
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda k: int(series.read(k)[3, 3]), wanted))
+    np.testing.assert_array_equal(found, 7 * wanted)
+
+
 def shared_photos():
     root = Path(os.environ.get("PLOUGHVAL_SHARED", Path(__file__).parents[3] / "shared"))
     return root / "realdata" / "exif_phone_sand"
@@ -170,6 +200,7 @@ def test_telephone_photographs_are_635_205_and_334_s_apart():
         }
     )
     series = open_frames(scene)
+    np.testing.assert_allclose(series.time_std_s, 1 / np.sqrt(12))  # whole seconds
     assert [p.name for p in series.paths] == ["rpm000.jpg", "rpm150.jpg", "rpm175.jpg", "rpm225.jpg"]
     np.testing.assert_array_equal(np.diff(series.time_s), [635, 205, 334])
     assert series.shape == (2592, 1456)

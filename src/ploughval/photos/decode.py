@@ -136,12 +136,21 @@ def _png_bits(start: bytes) -> int:
     return start[24] if start.startswith(PNG_MAGIC) and len(start) > 24 else 0
 
 
+def _jpeg2000_bits(path: Path) -> int:
+    """8 or 16, from the image header box or the size marker (ISO 15444-1, annexes I and A)."""
+    with path.open("rb") as file:
+        start = file.read(512)
+    box = start.find(b"ihdr")
+    place = box + 14 if box >= 0 else start.find(b"\xff\x51") + 40
+    return 16 if (start[place] & 0x7F) + 1 > 8 else 8
+
+
 def _pillow_header(path: Path, start: bytes) -> Header:
     with Image.open(path) as image:
         if image.format == "GIF":
             return gif.gif_header(image)
         if image.format == "JPEG2000":
-            bits = 8 * _decode_opencv(path.read_bytes()).itemsize
+            bits = _jpeg2000_bits(path)
         else:
             bits = _png_bits(start) or (16 if image.mode.startswith("I;16") else 8)
         tags = read_tags(image.getexif if image.format != "PNG" else lambda: load_png(path))

@@ -94,7 +94,9 @@ def _files(scene: Scene, camera: Camera) -> tuple[list[Path], list[str]]:
     files = [p for p in matched if p.suffix.lower() in ENDINGS]
     notes = [f"not a photograph, left out: {p.name}" for p in matched if p.suffix.lower() not in ENDINGS]
     if not files:
-        raise DataError(f"no photograph matches {camera.photos!r}", path=scene.folder)
+        other = ", ".join(sorted({p.suffix for p in matched}))
+        more = f"; files of other kinds do ({other}): convert them to PNG, TIFF or JPEG" if matched else ""
+        raise DataError(f"no photograph matches {camera.photos!r}{more}", path=scene.folder)
     files.sort(key=lambda p: (order.natural_key(p.relative_to(scene.folder).as_posix()), p.name))
     for group in same_files(files):
         copies = [p for p in group if any(is_copy_of(p, other) for other in group)]
