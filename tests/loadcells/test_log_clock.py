@@ -187,7 +187,7 @@ def test_sample_numbers_are_divided_by_the_rate(tmp_path, header):
 
 def test_a_log_without_times_counts_its_rows(tmp_path):
     for columns in ({}, {"time_s": ""}):
-        log = read(tmp_path, ["x"] * N, "remark", columns, rate_hz=4.0)
+        log = read(tmp_path, ["x"] * N, "", columns, rate_hz=4.0)
         np.testing.assert_array_equal(log.data["time_s"], SECONDS)
 
 

@@ -12,7 +12,7 @@ from ploughval.loadcells.log_names import TABLE_COLUMNS, VALUE_COLUMNS
 from ploughval.loadcells.log_rows import FileRows, name_rows
 from ploughval.loadcells.motion import find_motion
 from ploughval.loadcells.time_faults import Rows, gap_places, order_times, take_out_jumps_on
-from ploughval.loadcells.value_faults import dropouts, not_finite, saturated, spikes, stuck
+from ploughval.loadcells.value_faults import dropouts, not_finite, saturated, scale_of, spikes, stuck
 
 STATUSES = tuple(ForceStatus)
 _CODE = {status: np.int8(k) for k, status in enumerate(STATUSES)}
@@ -47,8 +47,9 @@ def check_table(table: pd.DataFrame, files: Sequence[FileRows] = ()) -> tuple[pd
     for name in VALUE_COLUMNS:
         _mark(rows, status, name, not_finite(rows.columns[name]), ForceStatus.NOT_FINITE, "is not finite")
     for name in VALUE_COLUMNS:
-        _mark(rows, status, name, dropouts(rows.columns[name]), ForceStatus.DROPOUT, "drops out")
-        _mark(rows, status, name, spikes(rows.columns[name]), ForceStatus.SPIKE, "spikes")
+        scale = scale_of(rows.columns[name])
+        _mark(rows, status, name, dropouts(rows.columns[name], scale), ForceStatus.DROPOUT, "drops out")
+        _mark(rows, status, name, spikes(rows.columns[name], scale), ForceStatus.SPIKE, "spikes")
     _mark_standing(rows, status)
     columns, status = _fill_gaps(rows, status)
     return pd.DataFrame({**columns, "status": status_column(status)}, copy=False), rows.faults

@@ -44,6 +44,8 @@ def wanted_columns(columns: LogColumns, *, rate_hz: float | None) -> Wanted:
 
 def matches(name: str, there: Sequence[str]) -> list[int]:
     """Places of the columns that a name means: as written, else whatever the case, else units apart."""
+    if not name:
+        return []
     exact = [k for k, other in enumerate(there) if other == name]
     folded = [k for k, other in enumerate(there) if other.casefold() == name.casefold()]
     if exact or folded:

@@ -76,15 +76,15 @@ def look_through(path: Path) -> TextBytes:
         with path.open("rb") as file:
             start = file.read(_START)
             file.seek(0)
-            nuls = returns = 0
-            tail = b""
+            nuls, returns, tail = False, 0, b""
             while block := file.read(_BLOCK):
-                nuls += block.count(b"\0")
-                returns += block.count(b"\r") - block.count(b"\r\n")
-                returns -= tail.endswith(b"\r") and block.startswith(b"\n")
-                tail = (tail + block)[-_TAIL:]
+                nuls = nuls or b"\0" in block
+                if b"\r" in block or tail.endswith(b"\r"):
+                    returns += block.count(b"\r") - block.count(b"\r\n")
+                    returns -= tail.endswith(b"\r") and block.startswith(b"\n")
+                tail = (tail + block[-_TAIL:])[-_TAIL:]
         encoding = _encoding(start)
-        if nuls == 0 and returns == 0 and not encoding.startswith("utf-16"):
+        if not nuls and returns == 0 and not encoding.startswith("utf-16"):
             return TextBytes(path, encoding, start, tail)
         data = path.read_bytes()
     except OSError as error:

@@ -1,5 +1,7 @@
 """Faults of a log's values: dropouts, spikes, readings at the end of the range, cells that stand still."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,14 +27,21 @@ def not_finite(values: Floats) -> Mask:
     return ~(np.abs(values) < _LARGEST)
 
 
-def dropouts(values: Floats) -> Mask:
+def dropouts(values: Floats, scale: "Scale | None" = None) -> Mask:
     """Rows (at most two together) far from the median of the five rows around them: (N,) bool.
 
     Far is more than half the range of the column (1st to 99th percentile), 20 times its noise, and 4 times
     what the middle one of the five is off.
+
+    Parameters
+    ----------
+    values : (N,) float
+        The column; NaN where it holds no number.
+    scale : Scale or None
+        That of the column, where it is known.
     """
     found = np.zeros(values.size, dtype=bool)
-    scale = _Scale.of(values)
+    scale = scale or scale_of(values)
     if scale is None:
         return found
     limit = max(_DROPOUT_RANGE * scale.range, _DROPOUT_NOISE * scale.noise, 1e-12 * scale.largest)
@@ -57,19 +66,19 @@ def dropouts(values: Floats) -> Mask:
     return found
 
 
-def spikes(values: Floats) -> Mask:
+def spikes(values: Floats, scale: "Scale | None" = None) -> Mask:
     """Rows of short excursions that the rows around them do not explain: (N,) bool.
 
     A spike rises within one row and falls within one row, fewer than eight rows later, back to where it
     started. A drop of the force as a band gives way falls as steeply but stays: it is none. Where the steps
-    of the reading are as coarse as the excursion nothing is told.
+    of the reading are as coarse as the excursion nothing is told. Parameters as of :func:`dropouts`.
     """
     found = np.zeros(values.size, dtype=bool)
-    scale = _Scale.of(values)
+    scale = scale or scale_of(values)
     if scale is None:
         return found
     rows = np.flatnonzero(np.isfinite(values))
-    v = values[rows]
+    v = values if rows.size == values.size else values[rows]
     steps = np.diff(v)
     limit = max(_SPIKE_RANGE * scale.range, _SPIKE_NOISE * scale.noise)
     edges = np.flatnonzero(np.abs(steps) > limit)
@@ -162,22 +171,24 @@ def _runs(inside: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return edges[::2], edges[1::2]
 
 
-class _Scale:
-    """How large a column's values, their range and their usual steps are."""
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """A column's range from 1st to 99th percentile, its usual step (as noise), and its largest number."""
 
-    def __init__(self, finite: Floats, values: Floats) -> None:
-        some = finite[:: max(finite.size // _SAMPLES, 1)]
-        low, high = np.percentile(some, [1.0, 99.0])
-        self.range = float(high - low)
-        self.largest = float(np.abs(some).max())
-        steps = np.abs(np.diff(values))
-        steps = steps[steps > 0]  # a coarse reading stands still between its steps
-        self.noise = (
-            1.4826 * float(np.median(steps[:: max(steps.size // _SAMPLES, 1)])) if steps.size else 0.0
-        )
+    range: float
+    noise: float
+    largest: float
 
-    @classmethod
-    def of(cls, values: Floats) -> "_Scale | None":
-        """The scale of a column; None with fewer than ten numbers."""
-        finite = values[np.isfinite(values)]
-        return cls(finite, values) if finite.size >= 10 else None
+
+def scale_of(values: Floats) -> Scale | None:
+    """The scale of a column from a sample of its rows; None with fewer than ten numbers."""
+    every = max(values.size // _SAMPLES, 1)
+    some = values[::every]
+    some = some[np.isfinite(some)]
+    if some.size < 10:
+        return None
+    low, high = np.percentile(some, [1.0, 99.0])
+    steps = np.abs(values[1::every] - values[:-1:every])
+    steps = steps[steps > 0]  # a coarse reading stands still between its steps
+    noise = 1.4826 * float(np.median(steps)) if steps.size else 0.0
+    return Scale(float(high - low), noise, float(np.abs(some).max()))
