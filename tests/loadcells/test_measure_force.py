@@ -26,26 +26,38 @@ class Rig:
     """Writes a test folder; every source of error is drawn from ``rng``, the truth stays known."""
 
     def __init__(
-        self, folder, seed=0, *, noise=0.004, friction=3.0, scatter=0.0, spread=(0.0, 0.0, 0.0), runs=3
+        self,
+        folder,
+        seed=0,
+        *,
+        noise=0.004,
+        friction=3.0,
+        scatter=0.0,
+        spread=(0.0, 0.0, 0.0),
+        runs=3,
+        spacing=150.0,
+        force=true_force,
+        after=0.0,
     ):
         self.folder, self.rng = folder, np.random.default_rng(seed)
         self.noise, self.friction, self.scatter = noise, friction, scatter
+        self.nominal_spacing, self.after = spacing, after
         self.spacing_std, self.lower_std, self.gain_std = spread
         draw = self.rng.normal
-        self.spacing = 150 + self.spacing_std * draw()
+        self.spacing = spacing + self.spacing_std * draw()
         self.lower = 260 + self.lower_std * draw()
         self.gain = 1 + self.gain_std * draw(size=2)
         self.zeros = draw(0, 0.2, 2)
         (folder / "empty").mkdir(exist_ok=True)
-        self.table = self.run(true_force)
+        self.table = self.run(force)
         self.table.to_csv(folder / "loadcells.csv", index=False)
         for k in range(runs):
             self.run(lambda u: 0 * u).to_csv(folder / f"empty/{k}.csv", index=False)
 
     def run(self, force):
-        t = np.arange(0, REST + TRAVEL, 0.02)
-        u = np.clip(t - REST, 0, None)
-        moving = t > REST
+        t = np.arange(0, REST + TRAVEL + self.after, 0.02)
+        u = np.clip(t - REST, 0, TRAVEL)
+        moving = (t > REST) & (t < REST + TRAVEL)  # unloaded from then on
         sand = moments(np.where(moving, force(u), 0.0), true_arm(u), self.spacing, self.lower)
         level = self.friction * (1 + self.scatter * self.rng.normal())
         box = moments(np.where(moving, level, 0.0), np.full(t.size, 15.0), self.spacing, self.lower)
@@ -59,7 +71,7 @@ class Rig:
         cells = {
             "log": "loadcells.csv",
             "empty": ["empty/*.csv"],
-            "spacing_mm": 150.0,
+            "spacing_mm": self.nominal_spacing,
             "lower_to_tip_mm": 260.0,
             "spacing_std_mm": self.spacing_std,
             "lower_to_tip_std_mm": self.lower_std,
@@ -76,11 +88,12 @@ class Rig:
         )
 
 
-def errors(result):
+def errors(result, force=true_force):
     """Rows in motion: u, error of the force, error of the line of action."""
-    record = result.record[result.record["time_s"] > REST + 0.03]
+    time = result.record["time_s"]
+    record = result.record[(time > REST + 0.03) & (time < REST + TRAVEL)]
     u = record["time_s"].to_numpy() - REST
-    return record, record["force_N"].to_numpy() - true_force(u), record["arm_mm"].to_numpy() - true_arm(u)
+    return record, record["force_N"].to_numpy() - force(u), record["arm_mm"].to_numpy() - true_arm(u)
 
 
 def test_noise_free_cells_return_force_and_arm_to_rounding(tmp_path):
@@ -218,6 +231,101 @@ def test_a_log_that_starts_in_motion_keeps_its_force_but_says_the_zeros_are_unkn
     result = measure_force(rig.scene(rest_s=None, empty=[]))
     assert any("no rest before motion" in fault for fault in result.faults)
     assert result.record["force_N"].notna().all()
+
+
+def relogged(rig, change):
+    """Rewrite the two columns of the test and of its empty runs."""
+    for path in (rig.folder / "loadcells.csv", *(rig.folder / "empty").glob("*.csv")):
+        table = pd.read_csv(path)
+        table[NAMES[2:]] = change(table[NAMES[2:]].to_numpy())
+        table.to_csv(path, index=False)
+
+
+@pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (-1, 1), (1, -1)])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_cells_swapped_or_turned_give_the_same_force_and_arm(tmp_path, swapped, signs):
+    rig = Rig(tmp_path, noise=1e-9, after=1.0)
+    relogged(rig, lambda cells: (cells * signs)[:, :: -1 if swapped else 1])
+    result = measure_force(rig.scene())
+    # Noise of 1e-9 N m keeps the readings from standing still: 1e-8 N, of 30 N at 0.25 m 1e-7 mm.
+    _, force_error, arm_error = errors(result)
+    assert np.abs(force_error).max() < 1e-6
+    assert np.abs(arm_error).max() < 1e-5
+    assert len(result.faults) == (swapped or signs != (1, 1))
+
+
+def test_cells_a_millimetre_apart_state_how_little_they_know(tmp_path):
+    rig = Rig(tmp_path, spacing=1.0, scatter=0.1, runs=5)
+    record, force_error, _ = errors(measure_force(rig.scene()))
+    std = record["force_std_N"].to_numpy()
+    # 0.004 N m x sqrt(2) / 0.001 m = 5.7 N of noise a sample: 998 rows of it.
+    assert std.min() > 5.6
+    assert (np.abs(force_error) <= 1.96 * std).mean() == pytest.approx(0.95, abs=0.03)
+    assert np.sqrt(np.mean(force_error**2)) < 1.5 * std.mean()
+
+
+def test_a_force_that_crosses_zero_has_no_arm_there_and_never_a_huge_one(tmp_path):
+    def crossing(u):
+        return 12 + 18 * np.cos(u / 1.5)
+
+    rig = Rig(tmp_path, force=crossing)
+    record, force_error, arm_error = errors(measure_force(rig.scene()), crossing)
+    u = record["time_s"].to_numpy() - REST
+    near = np.abs(crossing(u)) < 0.1
+    assert near.sum() > 3
+    assert record["arm_mm"][near].isna().all()
+    assert (record["status"][near] == "force_too_small_for_arm").all()
+    assert (record["status"][np.abs(crossing(u)) > 1] == "ok").all()
+    # At five deviations of the force the arm's own is at most a fifth of the cells' reach of 334 mm; noise
+    # alone of five of those, where a force of four deviations is read as five.
+    assert np.nanmax(np.abs(arm_error)) < 5 * 334 / 5
+    assert np.abs(force_error).max() < 6 * 0.004 * np.sqrt(2) / 0.15 + 0.02
+
+
+DRIFT_NM = 0.05 * 38 * 0.4  # 5 % of the moment of 38 N at 0.4 m
+
+
+def drifting(tmp_path, **changes):
+    """A test whose upper cell drifts by 5 % of full scale from its first row to its last."""
+    rig = Rig(tmp_path, after=5.0, **changes)
+    table = rig.table.copy()
+    table[NAMES[2]] += DRIFT_NM * table["time_s"] / table["time_s"].iloc[-1]
+    table.to_csv(rig.folder / "loadcells.csv", index=False)
+    return rig
+
+
+def test_a_drift_of_5_per_cent_is_taken_off_between_two_rests(tmp_path):
+    result = measure_force(drifting(tmp_path).scene(rest_end_s=[24.5, 28.9]))
+    record, force_error, _ = errors(result)
+    assert any("from rest to rest the upper cell drifts by" in fault for fault in result.faults)
+    assert abs(force_error.mean()) < 0.01 * 30
+    assert (np.abs(force_error) <= 1.96 * record["force_std_N"]).mean() >= 0.93
+    # Unloaded again: no sand and no friction either.
+    rest = result.record[result.record["time_s"] > 24.5]
+    assert rest["force_N"].abs().mean() < 0.1
+    assert (rest["friction_N"] == 0).all()
+
+
+def test_a_drift_of_5_per_cent_seen_at_the_first_rest_alone_is_within_two_standard_uncertainties(tmp_path):
+    result = measure_force(drifting(tmp_path).scene())
+    record, force_error, _ = errors(result)
+    assert any("taken to go on at that rate" in fault for fault in result.faults)
+    assert (np.abs(force_error) <= 2 * record["force_std_N"]).mean() >= 0.95
+
+
+def test_a_second_rest_before_the_end_of_the_travel_is_refused(tmp_path):
+    with pytest.raises(DataError, match=r"rest_end_s = \[10\.0, 12\.0\] begins before"):
+        measure_force(drifting(tmp_path).scene(rest_end_s=[10.0, 12.0]))
+
+
+def test_friction_as_large_as_the_force_is_within_what_is_stated(tmp_path):
+    rig = Rig(tmp_path, 3, friction=30.0, scatter=0.1, runs=5)
+    record, force_error, arm_error = errors(measure_force(rig.scene()))
+    std = record["force_std_N"].to_numpy()
+    # A further run scatters by 10 % of 30 N about the mean of five: 3.3 N, Student's factor at most 1.42.
+    assert 1.5 < std.mean() < 7
+    assert (np.abs(force_error) <= 2 * std).mean() >= 0.95
+    assert (np.abs(arm_error) <= 2 * record["arm_std_mm"])[record["arm_mm"].notna()].mean() >= 0.95
 
 
 SPREAD = (0.5, 0.6, 0.003)

@@ -36,10 +36,10 @@ class ZeroLine:
 def zero_line(time_s: Floats, start: Zero, end: Zero | None = None) -> ZeroLine:
     """Zeros over a record from its rest before motion and, where there is one, from a rest after it.
 
-    Between two rests the zeros run straight. With the first rest alone they are constant, unless they drift
-    there beyond three standard deviations: then the drift goes on at its rate, and the part beyond the rest
-    is as uncertain as one that may have stopped at any moment since (rectangular from nothing to all of it,
-    about all of it; JCGM 100:2008, 4.3.7).
+    Between two rests, and in them, the zeros run straight. With the first rest alone they are constant,
+    unless they drift there beyond three standard deviations: then the drift goes on at its rate, and the part
+    beyond the rest is as uncertain as one that may have stopped at any moment since (rectangular from nothing
+    to all of it, about all of it; JCGM 100:2008, 4.3.7).
 
     Parameters
     ----------
@@ -54,7 +54,8 @@ def zero_line(time_s: Floats, start: Zero, end: Zero | None = None) -> ZeroLine:
     """
     if end is not None:
         span = end.middle_s - start.middle_s
-        along = np.clip((time_s - start.middle_s) / span, 0.0, 1.0)
+        within = np.clip(time_s, start.end_s - start.span_s, end.end_s)
+        along = (within - start.middle_s) / span
         drift = end.mean - start.mean
         bow = np.outer(drift, drift) * _BOW
         between: tuple[tuple[str, Floats, Floats | float], ...] = (

@@ -107,6 +107,8 @@ def measure_force(scene: Scene) -> ForceResult:
     table = read_cell_log(log_paths(scene, cells), cells)
     faults = [*table.notes, *table.faults]
     log = arrays_of(table, ", ".join(cells.log_patterns))
+    if cells.rest_end_s is not None:
+        log = replace(log, unloaded_s=cells.rest_end_s[0])
     empty = read_empty(scene, cells, faults)
     wiring = wiring_of(log, empty, response, geometry, scene.blade.depth_mm, faults)
     log, empty = wiring.rewired(log), [wiring.rewired(run) for run in empty]

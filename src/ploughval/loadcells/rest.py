@@ -51,12 +51,20 @@ def zeros_over(
     Raises
     ------
     DataError
-        rest_end_s holds fewer than three usable rows.
+        rest_end_s holds fewer than three usable rows, or begins before the blade has made its way.
     """
     window = cells.rest_end_s
     if window is None or zero.rows == 0:
         return zero_line(log.time_s, zero)
     rows = (log.time_s >= window[0]) & (log.time_s <= window[1])
+    travelled = zero.end_s if log.motion is None else float(log.time_s[log.motion.steady_end - 1])
+    if window[0] <= travelled:
+        raise DataError(
+            f"loadcells.rest_end_s = {list(window)} begins before the blade has made its way, at "
+            f"{travelled:.4g} s; expected a window in which the cells are unloaded again. Correct it, or "
+            "leave it out",
+            path=log.name,
+        )
     end = zero_of(log.time_s[rows], log.readings[:, rows])
     if end is None:
         raise _too_few(window, "rest_end_s", log)

@@ -16,7 +16,8 @@ class RunLog:
     """One run.
 
     ``time_s`` (N,); ``u_mm`` (N,); ``readings`` (2, N) of the (upper, lower) cell in the log's unit;
-    ``motion`` None where the displacement shows none.
+    ``motion`` None where the displacement shows none; ``unloaded_s`` the time from which the cells are known
+    to carry nothing.
     """
 
     name: str
@@ -24,12 +25,14 @@ class RunLog:
     u_mm: Floats
     readings: Floats
     motion: Motion | None
+    unloaded_s: float = np.inf
 
     @property
     def moving(self) -> NDArray[np.bool_]:
-        """Rows (N,) from the onset of motion on."""
+        """Rows (N,) from the onset of motion on, until the cells are unloaded."""
         rows = np.arange(self.time_s.size)
-        return np.asarray(rows >= (rows.size if self.motion is None else self.motion.onset))
+        started = rows >= (rows.size if self.motion is None else self.motion.onset)
+        return np.asarray(started & (self.time_s < self.unloaded_s))
 
     @property
     def resting(self) -> NDArray[np.bool_]:
