@@ -181,6 +181,31 @@ def test_too_few_rows_are_refused():
         fit_response(readings, np.array([[0.0, 2.0], [0.0, 2.0]]))
 
 
+@pytest.mark.parametrize("load", [0.0, 50.0])
+def test_a_single_load_is_refused(load):
+    moments = np.outer([0.41, 0.26], np.full(5, load))
+    with pytest.raises(CalibrationError, match="all moments at the upper cell are"):
+        fit_response(np.random.default_rng(12).normal(size=(2, 5)), moments)
+
+
+def test_a_dead_cell_is_refused():
+    rig = Rig(arms=(0,))
+    readings, moments = rig.draw(np.random.default_rng(13))
+    readings[1] = 7.0
+    with pytest.raises(CalibrationError, match="the lower cell reads 7 whatever the load"):
+        fit_response(readings, moments)
+
+
+@pytest.mark.parametrize("many", [2, 3])
+def test_equal_mistakes_are_all_found_among_many_rows(many):
+    rig = Rig(noise_Nm=0.005)
+    readings, moments = rig.draw(np.random.default_rng(14))
+    wrong = [4, 26, 37][:many]
+    moments[:, wrong] += 10.0 * rig.lever[:, wrong]
+    with pytest.raises(CalibrationError, match="rows " + ", ".join(map(str, wrong))):
+        fit_response(readings, moments, run=rig.run)
+
+
 def test_the_written_step_is_that_of_the_last_digit():
     assert written_step(np.array([1035.25, 7.5])) == pytest.approx(0.01)
     assert written_step(np.array([12000.0, 300.0])) == 100.0

@@ -7,10 +7,11 @@ import pandas as pd
 
 from ploughval.errors import CalibrationError
 from ploughval.loadcells.calibration_fit import ModelFit, Session, fit_model
-from ploughval.loadcells.calibration_models import MODELS, Model, condition_number
+from ploughval.loadcells.calibration_models import MODELS, Model, condition_number, levels
 
 CHOICE_COLUMNS = ("model", "parameters", "rms_upper_Nm", "rms_lower_Nm", "left_out", "aicc", "why_not")
 _MOST_WRONG = 3  # rows that are looked for; one may be left out
+_MANY = 20  # degrees of freedom
 _SIGNIFICANCE = 1e-4  # of a wrong row, all rows and both cells together
 _LEAST_WRONG = 0.002  # of the largest moment: less than that is scatter, not a mistake
 
@@ -46,6 +47,7 @@ def choose_model(session: Session) -> Choice:
         No model has fewer parameters than there are rows.
     """
     count = session.readings.shape[1]
+    _check_spread(session)
     condition = condition_number(session.moments)
     rows, scored = [], list[tuple[float, ModelFit]]()
     for model in MODELS:
@@ -75,12 +77,27 @@ def choose_model(session: Session) -> Choice:
     return Choice(best, pd.DataFrame(rows, columns=list(CHOICE_COLUMNS)), condition, weighed)
 
 
+def _check_spread(session: Session) -> None:
+    for cell, moments, readings in zip(("upper", "lower"), session.moments, session.readings, strict=True):
+        if levels(moments) < 2:
+            raise CalibrationError(
+                f"all moments at the {cell} cell are {moments[0]:.4g} N m; expected at least three loads"
+            )
+        if np.ptp(readings) == 0:
+            raise CalibrationError(
+                f"the {cell} cell reads {readings[0]:.6g} whatever the load; expected readings that follow it. "
+                "Look at its wiring and at the column"
+            )
+
+
 def _without_wrong_rows(session: Session, model: Model) -> ModelFit | None:
     """The model fitted without the rows that no scatter explains, at most three."""
     fit = fit_model(session, model)
     believed = fit
     while fit is not None and len(fit.left_out) < _MOST_WRONG and fit.dof.min() > 3:
         row, chance = _most_suspect(session, fit)
+        if chance > 1 and fit.dof.min() > _MANY:
+            break  # three alike among so many would stand out
         fit = fit_model(session, model, (*fit.left_out, row))
         if fit is not None and chance < _SIGNIFICANCE:
             believed = fit  # Rosner: all up to the last significant one, lest two wrong rows hide each other
