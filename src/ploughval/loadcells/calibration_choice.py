@@ -85,8 +85,8 @@ def _check_spread(session: Session) -> None:
             )
         if np.ptp(readings) == 0:
             raise CalibrationError(
-                f"the {cell} cell reads {readings[0]:.6g} whatever the load; expected readings that follow it. "
-                "Look at its wiring and at the column"
+                f"the {cell} cell reads {readings[0]:.6g} whatever the load; expected readings that "
+                "follow it. Look at its wiring and its column"
             )
 
 
