@@ -43,6 +43,11 @@ class CellCalibration(Table):
     staircases: tuple[Staircase, ...] = ()
     g_m_s2: Positive = Field(9.80665, description="acceleration of gravity where mass_kg is given, m/s^2")
 
+    @property
+    def patterns(self) -> tuple[str, ...]:
+        """Names or patterns of all files of known loads."""
+        return (*self.files, *(staircase.log for staircase in self.staircases))
+
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
         """Constants beside files that give them."""

@@ -18,7 +18,26 @@ STATUSES = tuple(ForceStatus)
 _CODE = {status: np.int8(k) for k, status in enumerate(STATUSES)}
 
 
-def check_table(table: pd.DataFrame, files: Sequence[FileRows] = ()) -> tuple[pd.DataFrame, list[str]]:
+def check_table(table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """Put a raw log in order and mark what cannot be used: see :func:`check_columns`; the table is kept.
+
+    Parameters
+    ----------
+    table : DataFrame
+        time_s, displacement_mm, moment_upper, moment_lower: float64, rows as in the file.
+
+    Returns
+    -------
+    table : DataFrame
+        The same columns with strictly increasing times, and status (categorical of ForceStatus values).
+    faults : list of str
+    """
+    return check_columns({name: table[name].to_numpy(dtype=np.float64, copy=True) for name in TABLE_COLUMNS})
+
+
+def check_columns(
+    columns: dict[str, NDArray[np.float64]], files: Sequence[FileRows] = ()
+) -> tuple[pd.DataFrame, list[str]]:
     """Put a raw log in order and mark what cannot be used.
 
     Rules: rows without a time are dropped; rows whose time alone leaps are dropped; jumps of the clock are
@@ -28,8 +47,8 @@ def check_table(table: pd.DataFrame, files: Sequence[FileRows] = ()) -> tuple[pd
 
     Parameters
     ----------
-    table : DataFrame
-        time_s, displacement_mm, moment_upper, moment_lower: float64, rows as in the file.
+    columns : dict of (N,) float
+        time_s, displacement_mm, moment_upper, moment_lower, rows as in the files; they are written to.
     files : sequence of FileRows
         Where the rows stand, for messages.
 
@@ -39,8 +58,7 @@ def check_table(table: pd.DataFrame, files: Sequence[FileRows] = ()) -> tuple[pd
         The same columns with strictly increasing times, and status (categorical of ForceStatus values).
     faults : list of str
     """
-    columns = {name: table[name].to_numpy(dtype=np.float64, copy=True) for name in TABLE_COLUMNS}
-    rows = Rows(columns, np.arange(len(table)), partial(name_rows, files=files))
+    rows = Rows(columns, np.arange(columns["time_s"].size), partial(name_rows, files=files))
     order_times(rows)
     take_out_jumps_on(rows)
     status = np.full(rows.time.size, _CODE[ForceStatus.OK], dtype=np.int8)

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
-from ploughval.loadcells.checks import check_table
+from ploughval.loadcells.checks import check_columns
 from ploughval.loadcells.log_clock import read_clock
 from ploughval.loadcells.log_end import stops_early
 from ploughval.loadcells.log_names import KINDS, VALUE_COLUMNS, Wanted, wanted_columns
@@ -88,6 +88,21 @@ def read_log(
     files = [Path(p) for p in ([paths] if isinstance(paths, str | Path) else dict.fromkeys(paths))]
     if not files:
         raise DataError("no file of the log was found")
+    table, rows, faults, notes = _collected(files, columns, rate_hz, calibration or CellCalibration())
+    if int(np.isfinite(table["time_s"]).sum()) < 2:
+        raise DataError(
+            f"column {columns.time_s!r} holds fewer than two times; expected one a row, in seconds",
+            path=files[0],
+        )
+    data, more = check_columns(table, rows)
+    early = stops_early(data["time_s"].to_numpy(), data["displacement_mm"].to_numpy())
+    return Log(data, tuple([*faults, *more]), tuple(dict.fromkeys([*notes, *early])))
+
+
+def _collected(
+    files: Sequence[Path], columns: LogColumns, rate_hz: float | None, calibration: CellCalibration
+) -> tuple[dict[str, NDArray[np.float64]], tuple[FileRows, ...], list[str], list[str]]:
+    """Columns of all files, where their rows stand, faults, and notes."""
     wanted = wanted_columns(columns, rate_hz=rate_hz)
     raws = [_read(path, wanted) for path in files]
     clock = read_clock(raws, rate_hz=rate_hz)
@@ -96,20 +111,10 @@ def read_log(
     parts = []
     for raw, seconds in zip(raws, clock.seconds, strict=True):
         prefix = "" if len(raws) == 1 else f"{raw.path.name}: "
-        values = _converted(raw, calibration or CellCalibration(), notes)
         faults += [f"{prefix}{text}" for text in raw.faults]
-        parts.append({"time_s": seconds, **values})
-    faults += clock.faults
+        parts.append({"time_s": seconds, **_converted(raw, calibration, notes)})
     table, rows, more = _joined(parts, [raw.rows for raw in raws])
-    faults += more
-    if int(np.isfinite(table["time_s"]).sum()) < 2:
-        raise DataError(
-            f"column {columns.time_s!r} holds fewer than two times; expected one a row, in seconds",
-            path=files[0],
-        )
-    data, more = check_table(pd.DataFrame(table, copy=False), rows)
-    early = stops_early(data["time_s"].to_numpy(), data["displacement_mm"].to_numpy())
-    return Log(data, tuple([*faults, *more]), tuple(dict.fromkeys([*notes, *early])))
+    return table, rows, [*faults, *clock.faults, *more], notes
 
 
 def _read(path: Path, wanted: Wanted) -> RawLog:

@@ -150,7 +150,9 @@ def _numbers(logs: Sequence[RawLog], kind: Kind, rate_hz: float | None) -> Clock
         elif factor != 1.0:
             notes.append(f"time: {name!r} is in {unit}, times {factor:g} for s")
         # A quotient keeps decimal numbers what they are: 23.682, not 23.682000000000002.
-        scaled = written / round(1 / factor) if factor < 1 else written * factor
+        scaled = written
+        if factor != 1:
+            scaled = written / round(1 / factor) if factor < 1 else written * factor
         scaled[~(np.abs(scaled) < _LATEST_S)] = np.nan
         seconds.append(scaled)
     return Clock(tuple(seconds), kind, tuple(dict.fromkeys(faults)), tuple(dict.fromkeys(notes)))

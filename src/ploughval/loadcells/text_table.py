@@ -97,7 +97,7 @@ def numbers(column: pd.Series, decimal: str) -> NDArray[np.float64]:
     (N,) float
     """
     if column.dtype.kind in "fiu":
-        return column.to_numpy(dtype=np.float64)
+        return column.to_numpy(dtype=np.float64, copy=True)
     column = column.astype(object)
     found = pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, copy=True)
     if decimal == ",":
