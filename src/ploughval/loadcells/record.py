@@ -89,26 +89,23 @@ def force_from_readings(
     geometry, response = rig.geometry, rig.response
     raw = response.features(readings - zero.offset)
     raw_cells = response.coefficients @ raw
-    raw_N = horizontal_force(raw_cells[0], raw_cells[1], geometry.spacing_mm)
+    raw_N = _resultant(raw_cells, geometry)
     net, friction_N = raw, np.full(raw_N.shape, np.nan)
     if friction is not None:
         at = friction.mean if friction_at is None else friction.at(friction_at)
         taken = np.where(moving, at, 0.0)
-        upper, lower = response.coefficients @ taken
-        friction_N, net = horizontal_force(upper, lower, geometry.spacing_mm), raw - taken
+        friction_N, net = _resultant(response.coefficients @ taken, geometry), raw - taken
     slope = response.slopes(_mean_reading(readings - zero.offset, moving))
     always = _always(rig, zero, slope) + more
     sources = Sources(always + _friction_terms(friction, moving, response), response, geometry)
     force_cells = response.coefficients @ net
-    force_N = horizontal_force(force_cells[0], force_cells[1], geometry.spacing_mm)
+    force_N = _resultant(force_cells, geometry)
     std_N = force_std(net, sources)
     arm_features, arm_sources = (net, sources) if per_cell else (raw, Sources(always, response, geometry))
     arm_force, arm_lower = (force_N, force_cells[1]) if per_cell else (raw_N, raw_cells[1])
     arm_mm = line_of_action(arm_lower, arm_force, geometry.lower_to_tip_mm)
     arm_mm_std = arm_std(arm_features, arm_sources)
-    size = np.abs(arm_force)
-    rounding = _ROUNDING * float(np.nanmax(size, initial=0.0))
-    small = ~((size >= ARM_LIMIT * std_N) & (size > rounding))
+    small = _small(arm_force, std_N)
     for values in (arm_mm, arm_mm_std):
         values[small] = np.nan
     std_N[~np.isfinite(force_N)] = np.nan
@@ -126,6 +123,18 @@ def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
             float(some[loaded].mean()) if loaded.any() else float(some.mean() if some.size else 0)
         )
     return budget_table(features, weights, found.sources)
+
+
+def _resultant(cells: Floats, geometry: CellGeometry) -> Floats:
+    """Force (N,) of moments (2, N)."""
+    return horizontal_force(cells[0], cells[1], geometry.spacing_mm)
+
+
+def _small(force_N: Floats, std_N: Floats) -> NDArray[np.bool_]:
+    """Rows (N,) whose force is too small, or missing, for a line of action."""
+    size = np.abs(force_N)
+    rounding = _ROUNDING * float(np.nanmax(size, initial=0.0))
+    return np.asarray(~((size >= ARM_LIMIT * std_N) & (size > rounding)))
 
 
 def _mean_reading(readings: Floats, moving: NDArray[np.bool_]) -> Floats:

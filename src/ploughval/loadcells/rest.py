@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ploughval.errors import DataError
 from ploughval.loadcells.drift import ZeroLine, zero_line
+from ploughval.loadcells.resolution import least_step, with_resolution
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.run_log import RunLog
 from ploughval.loadcells.zero import Zero, unknown_zero, zero_of
@@ -40,7 +41,7 @@ def zero_at_rest(
         faults.append("the displacement shows no motion: no friction taken off")
     still = log.u_mm[rows & np.isfinite(log.u_mm)]
     known = still if still.size else log.u_mm[np.isfinite(log.u_mm)][:1]
-    return zero, float(known.mean()) if known.size else 0.0
+    return with_resolution(zero, least_step(log.readings)), float(known.mean()) if known.size else 0.0
 
 
 def zeros_over(
@@ -68,7 +69,7 @@ def zeros_over(
     end = zero_of(log.time_s[rows], log.readings[:, rows])
     if end is None:
         raise _too_few(window, "rest_end_s", log)
-    line = zero_line(log.time_s, zero, end)
+    line = zero_line(log.time_s, zero, with_resolution(end, least_step(log.readings)))
     drift = response.slopes(zero.mean * 0) @ line.total
     faults.append(
         f"from rest to rest the upper cell drifts by {drift[0]:.3g} N m, the lower by {drift[1]:.3g} N m: "
