@@ -10,6 +10,7 @@ import pytest
 
 from ploughval.errors import CalibrationError, ConfigError, DataError
 from ploughval.loadcells.calibration import RESULT_COLUMNS, calibrate_cells
+from ploughval.run.provenance import input_digests
 from ploughval.scene import load_scene
 
 LOADS = (0, 10, 20, 30, 40, 50, 40, 30, 20, 10, 0)
@@ -243,6 +244,7 @@ def test_a_staircase_log_is_a_calibration(tmp_path):
         for arm in (0, 150)
     )
     result = calibrated(tmp_path, [], lines=lines)
+    assert {"stairs-0.csv", "stairs-150.csv"} <= set(input_digests(load_scene(tmp_path)))
     # Medians of some 30 rows of noise 0.3: 0.07 counts of up to 410: constants to 0.02 %, four times that.
     gains = result.response.coefficients[[0, 1], [0, 1]]
     np.testing.assert_allclose(gains, [0.02, 0.025], rtol=8e-4)

@@ -51,7 +51,8 @@ def file_digest(path: Path) -> str:
 
 def input_digests(scene: Scene) -> dict[str, str]:
     """SHA-256 of every file that the scene names, by its path relative to the test folder."""
-    logs = [] if scene.loadcells is None else [*scene.loadcells.log_patterns, *scene.loadcells.empty]
+    cells = scene.loadcells
+    logs = [] if cells is None else [*cells.log_patterns, *cells.empty, *cells.calibration.patterns]
     files = _files(scene, [scene.source.name, *_window_patterns(scene), *logs])
     return {name: file_digest(scene.folder / name) for name in files}
 
