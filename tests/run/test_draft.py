@@ -105,6 +105,14 @@ def test_exif_times_are_used_where_they_are_true(tmp_path):
     assert tomllib.loads(draft_settings(tmp_path))["camera"]["clock_offset_s"] == "auto"
 
 
+def test_the_times_of_an_animation_are_used(tmp_path):
+    pictures = [Image.fromarray(np.full((20, 30), 9 * k, np.uint8)) for k in range(4)]
+    pictures[0].save(tmp_path / "a.gif", save_all=True, append_images=pictures[1:], duration=250)
+    text = draft_settings(tmp_path)
+    assert "4 photographs of 30 x 20 px" in text
+    assert 'times = "video"                 # as it is shown, 0.75 s from first to last' in text
+
+
 def test_a_frozen_camera_clock_is_not_used(tmp_path):
     exif = Image.Exif()
     exif[0x8769] = {0x9003: "2024:05:01 10:00:00"}

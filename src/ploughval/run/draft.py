@@ -133,6 +133,12 @@ def _times(found: Survey) -> str:
     span = found.photos.exif_span_s if found.photos else None
     if span is not None:
         return f'times = "exif"                  # DateTimeOriginal, {span:g} s from first to last\n'
+    shown = found.photos.video_span_s if found.photos else None
+    if shown is not None:
+        return (
+            f'times = "video"                 # as it is shown, {shown:g} s from first to last; slow\n'
+            "                                # motion and time lapse need {start_s = 0.0, interval_s = 2.0}\n"
+        )
     return (
         "# The photographs hold no usable times: a CSV file (file,time_s), or an interval.\n"
         "# times = {start_s = 0.0, interval_s = 2.0}\n"
@@ -158,7 +164,8 @@ def _calibration(found: Survey) -> str:
 def _clock(found: Survey) -> str:
     if found.log is None:
         return ""
-    if found.times is None and found.photos and found.photos.exif_span_s is not None:
+    photos = found.photos
+    if found.times is None and photos and not (photos.exif_span_s is None and photos.video_span_s is None):
         return 'clock_offset_s = "auto"         # the camera has its own clock: found from the blade\n'
     return '# clock_offset_s = "auto"        # where photographs and log do not share a clock\n'
 

@@ -35,12 +35,13 @@ _OTHER_UNITS = r"ms|us|min|h|hours?|m|cm|um|in|inch|v|mv|n|kn"
 
 @dataclass(frozen=True, slots=True)
 class Photos:
-    """Photographs of one kind in one folder: pattern, number, first header, seconds by EXIF or None."""
+    """Photographs of one kind in one folder: pattern, number, first header, seconds by EXIF or video."""
 
     pattern: str
     count: int
     header: Header | None
     exif_span_s: float | None
+    video_span_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,9 @@ def _photos(files: list[Path], folder: Path) -> Photos | None:
         span = None
     prefix = "" if place == folder else f"{glob.escape(place.name)}/"
     count = sum(len(h.pages) if h else 1 for h in headers)
-    return Photos(f"{prefix}*{suffix}", count, next((h for h in headers if h), None), span)
+    first = next((h for h in headers if h), None)
+    shown = first.page_time_s[-1] if first and len(paths) == 1 and first.page_time_s else None
+    return Photos(f"{prefix}*{suffix}", count, first, span, shown)
 
 
 def _header(path: Path) -> tuple[tuple[str, ...], dict[str, str]]:
