@@ -7,6 +7,8 @@ vector and met with the plane of the sand. The photograph shows it where the len
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import RectBivariateSpline
+from scipy.ndimage import gaussian_filter
 
 SHAPE = (2000, 3000)
 WINDOW_MM = (200.0, 130.0)
@@ -137,3 +139,27 @@ def over_window(columns=21, rows=13):
     w, h = WINDOW_MM
     grid = np.stack(np.meshgrid(np.linspace(0, w, columns), np.linspace(0, h, rows)), axis=-1)
     return grid.reshape(-1, 2) - 10.0
+
+
+def photographed(camera, paint, *, blur_px=0.7, noise=2.0, rng=None, places=None, fine=3):
+    """A photograph (H, W) uint8 of a painted plane: means over fine x fine exactly mapped samples a pixel.
+
+    ``paint`` gives the brightness (0 to 1) at places (N, 2) mm; ``places`` maps the ideal px to the plane.
+    """
+    places = places or camera.outside_mm
+    height, width = camera.shape
+    nodes = [np.arange(-10.0, side + 20.0, 10.0) for side in (height, width)]
+    coarse = np.stack(np.meshgrid(nodes[1], nodes[0]), axis=-1).reshape(-1, 2)
+    ideal = coarse.copy()
+    for _ in range(30):  # the place that the lens moves here
+        ideal += coarse - camera.seen_px(ideal)
+    mm = places(ideal).reshape(len(nodes[0]), len(nodes[1]), 2)
+    rows, columns = ((np.arange(side * fine) + 0.5) / fine - 0.5 for side in (height, width))
+    fields = [RectBivariateSpline(*nodes, mm[..., k])(rows, columns) for k in range(2)]
+    bright = (
+        paint(np.stack(fields, axis=-1).reshape(-1, 2)).reshape(height, fine, width, fine).mean(axis=(1, 3))
+    )
+    grey = 40 + 170 * gaussian_filter(bright, blur_px)
+    if noise:
+        grey = grey + (rng or np.random.default_rng(0)).normal(0, noise, grey.shape)
+    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)

@@ -3,26 +3,25 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.photos.board import BoardPoints
 from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera
-from ploughval.scene import Board, Window
+from ploughval.photos.camera_model import CameraModel
+from ploughval.scene import Window
 
 Array = NDArray[np.float64]
 
 _STRAY_STDS, _STRAY_PX = 6.0, 0.3
-_MOST_STRAYS = 0.1
+_MOST_STRAYS = 0.3  # of the points: what glare or a hand may spoil
+_RIM = 32  # directions
 
 
-def fit_board(
-    found: tuple[Array, Array], board: Board, points: PointSet, window: Window | None
-) -> tuple[CameraFit, PointSet]:
+def fit_board(found: BoardPoints, points: PointSet, window: Window | None) -> tuple[CameraFit, PointSet]:
     """Fit a camera to a board's points, in the board's own millimetres.
 
     Parameters
     ----------
-    found : tuple
+    found : BoardPoints
         As ``find_board`` gives it.
-    board : Board
-        What the board is.
     points : PointSet
         The same points with their standard uncertainty.
     window : Window or None
@@ -32,15 +31,50 @@ def fit_board(
     -------
     CameraFit
     PointSet
-        The points that it is through.
+        The points that it is through, dots where their centres are seen.
     """
-    fit = fit_camera(points, window)
-    for _ in range(max(1, int(_MOST_STRAYS * len(found[0])))):
+    fit, points, kept = _without_strays(points, window)
+    if found.radius_px is None:
+        return fit, points
+    off = centre_offset_px(fit.model, points.mm, found.radius_px[kept])
+    points = PointSet(points.px - off, points.mm, points.shape, points.std_px)
+    return fit_camera(points, window), points
+
+
+def _without_strays(points: PointSet, window: Window | None) -> tuple[CameraFit, PointSet, NDArray[np.int64]]:
+    """Leave out the worst point as long as it lies far beyond the scatter of the others."""
+    fit, kept = fit_camera(points, window), np.arange(len(points.px))
+    for _ in range(int(_MOST_STRAYS * len(points.px))):
         off = np.hypot(*fit.residual_px.T)
-        usual = float(np.median(off)) / 1.18  # std of a coordinate of which the distance has this median
+        usual = float(np.median(off)) / 1.18  # std of a coordinate, of which the distance has this median
         worst = int(np.argmax(off))
         if len(points.px) < 8 or off[worst] < max(_STRAY_STDS * usual, _STRAY_PX):
             break
-        points = points.without(worst)
+        points, kept = points.without(worst), np.delete(kept, worst)
         fit = fit_camera(points, window)
-    return fit, points
+    return fit, points, kept
+
+
+def centre_offset_px(model: CameraModel, centres_mm: Array, radius_px: Array) -> Array:
+    """Centre of gravity of a dot's image minus the image of its centre, (N, 2) px.
+
+    Parameters
+    ----------
+    model : CameraModel
+        The camera, lens and window included.
+    centres_mm : (N, 2) float, mm
+        Centres of the dots.
+    radius_px : (N,) float, px
+        Radii of their images.
+    """
+    centre = model.to_px(centres_mm)
+    radius_mm = radius_px * model.mm_per_px_at(centre)
+    turn = 2 * np.pi * np.arange(_RIM) / _RIM
+    rim = np.column_stack([np.cos(turn), np.sin(turn)])
+    seen = model.to_px(centres_mm[:, None] + radius_mm[:, None, None] * rim) - centre[:, None]
+    x, y = np.moveaxis(seen, -1, 0)
+    after_x, after_y = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    cross = x * after_y - after_x * y
+    area = cross.sum(axis=1)
+    gravity = [((a + b) * cross).sum(axis=1) / (3 * area) for a, b in ((x, after_x), (y, after_y))]
+    return np.stack(gravity, axis=-1)

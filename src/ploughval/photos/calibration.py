@@ -204,10 +204,10 @@ def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibrati
     if camera.board is None or camera.tip_px is None:
         raise CalibrationError("board and tip_px are both needed")
     found = find_board(scene.path(camera.board.picture), camera.board, shape)
-    first, points = fit_board(found, camera.board, _point_set(*found, camera, shape), camera.window)
+    first, points = fit_board(found, _point_set(found.px, found.mm, camera, shape), camera.window)
     tip_px = np.array(camera.tip_px)
     points = points.with_mm(_place_board(first.model, points.mm, tip_px, camera.direction))
-    lost = len(found[0]) - len(points.px)
+    lost = len(found.px) - len(points.px)
     stray = f", {lost} more left out that do not lie on it" if lost else ""
     kind = f"{len(points.px)} points of a {camera.board.kind} board{stray}, origin at tip_px"
     return _from_fit(fit_camera(points, camera.window), points, kind, camera)
