@@ -21,6 +21,7 @@ Points = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 _LEAST_SHARE = 0.3  # of the grid's points
+_MOST_CROSSINGS = 4000
 _TURNS = 32
 _TWOFOLD = 0.6  # of the variance on a circle; a perfect crossing has 0.81, a corner 0.3
 _SADDLES_PX = (2.0, 4.0)  # widths of the smoothing under which crossings are looked for
@@ -105,7 +106,10 @@ def _crossings(image: Image, width_px: float) -> Points:
     peak = (saddle == cv2.dilate(saddle, np.ones((reach, reach), np.uint8))) & (
         saddle > 0.2 * np.quantile(saddle, 0.999)
     )
-    places = np.argwhere(peak)[:, ::-1].astype(float)
+    strongest = np.argsort(-saddle[peak], kind="stable")[:_MOST_CROSSINGS]
+    places = np.argwhere(peak)[strongest, ::-1].astype(float)
+    if not len(places):
+        return places
     return places[_twofold(smooth, places, 3 * width_px) > _TWOFOLD]
 
 
