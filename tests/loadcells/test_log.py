@@ -97,7 +97,7 @@ def test_torn_and_overlong_lines_are_named(tmp_path):
     log = read_log(path, LogColumns())
     assert log.faults == (
         "too many fields in line 51 (expected 4): dropped",
-        "the last line is cut off: row 299 (line 301) dropped",
+        "the last line is cut off in row 299 (line 301): dropped",
         "moment_upper holds text where a number was expected ('OVL') in row 79 (line 81)",
         "moment_upper is not finite in row 79 (line 81): left empty",
     )

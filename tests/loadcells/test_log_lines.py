@@ -90,7 +90,7 @@ def test_blank_lines_are_no_rows(tmp_path):
 )
 def test_a_last_line_that_is_cut_off_is_dropped(tmp_path, end, cut):
     content = "\n".join([*lines()[:-1], end]).encode()
-    check(read(tmp_path, content), [99], ("the last line is cut off: row 99 (line 101) dropped",))
+    check(read(tmp_path, content), [99], ("the last line is cut off in row 99 (line 101): dropped",))
     assert cut
 
 
@@ -148,6 +148,13 @@ def test_a_point_among_decimal_commas_is_no_decimal_point(tmp_path):
     log = read(tmp_path, text)
     assert np.flatnonzero(log.data["moment_upper"].isna()).tolist() == [40]
     assert "('1.400') in row 40" in log.faults[0]
+
+
+def test_columns_with_different_decimal_signs_are_refused(tmp_path):
+    text = [line.replace(",", ";") for line in lines()]
+    text[1:] = [";".join([*row.split(";")[:2], "1,234", "2,345"]) for row in text[1:]]
+    with pytest.raises(DataError, match=r"numbers as 0\.0000, another as 1,234: expected one decimal sign"):
+        read(tmp_path, text)
 
 
 @pytest.mark.parametrize("rows", [0, 1])

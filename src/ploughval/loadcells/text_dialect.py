@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 from ploughval.errors import DataError
 from ploughval.loadcells.log_names import Wanted
@@ -58,20 +59,16 @@ def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
     DataError
         No row of numbers within the first lines.
     """
-    head = [
-        line.rstrip("\r") for line in content.start.decode(content.encoding, errors="replace").split("\n")
-    ]
-    if len(head) <= _HEAD_LINES and len(head) > 1 and len(content.start) > len(content.tail):
-        head = head[:-1]  # cut by the end of what was read
-    head = head[:_HEAD_LINES]
+    head = _head(content)
     separator = max(_SEPARATORS, key=lambda sign: _score(head, sign, wanted))
     rows = [split_line(line, separator) for line in head]
     counts = [_names_in(row, wanted) for row in rows]
     named = counts.index(max(counts)) if any(counts) else None
-    places = _value_places([] if named is None else rows[named], wanted)
-    first = next(
-        (k for k in range(0 if named is None else named + 1, len(rows)) if _is_data(rows[k], places)), None
-    )
+    header = [] if named is None else rows[named]
+    places = _places(header, wanted)
+    values = [k for key, k in places if key not in ("time_s", "date")]
+    start = 0 if named is None else named + 1
+    first = next((k for k in range(start, len(rows)) if _is_data(rows[k], values)), None)
     if first is None:
         raise DataError(
             f"no row of numbers in its first {_HEAD_LINES} lines; expected the columns "
@@ -82,15 +79,46 @@ def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
         above = [k for k in range(first) if len(rows[k]) == len(rows[first]) and any(rows[k])]
         named = above[0] if above else None
     width = len(rows[first])
-    names = tuple(rows[named]) if named is not None else tuple(str(k + 1) for k in range(width))
-    names += tuple(f"column {k + 1}" for k in range(len(names), width))
+    names = rows[named] if named is not None else [str(k + 1) for k in range(width)]
+    names = [*names, *(f"column {k + 1}" for k in range(len(names), width))]
     filled = [] if named is None else [rows[k] for k in range(named + 1, first) if any(rows[k])]
     below = next((row for row in filled if len(row) == len(names) and not _is_data(row, [])), [])
-    numbers = rows[first:]
-    comma = any("," in field for row in numbers for field in row if _is_number(field))
+    decimal = _decimal(rows[first:], [k for key, k in places if key != "date"], content.path)
     cells = [line for line in head[first:] if line.strip()]
     quoted = 2 * sum('"' in line for line in cells) >= len(cells)
-    return Dialect(separator, "," if comma else ".", names, tuple(below), first, quoted)
+    return Dialect(separator, decimal, tuple(names), tuple(below), first, quoted)
+
+
+def _head(content: TextBytes) -> list[str]:
+    """The first lines, without their ends."""
+    lines = content.start.decode(content.encoding, errors="replace").split("\n")
+    if len(lines) <= _HEAD_LINES and len(lines) > 1 and len(content.start) > len(content.tail):
+        lines = lines[:-1]  # cut by the end of what was read
+    return [line.rstrip("\r") for line in lines[:_HEAD_LINES]]
+
+
+def _decimal(rows: Sequence[Sequence[str]], places: Sequence[int], path: Path) -> str:
+    """The sign before the decimals: that of most cells of each column that is read (none known: of all).
+
+    Raises
+    ------
+    DataError
+        One column holds points, another commas, which may stand between thousands.
+    """
+    shown: dict[str, str] = {}
+    for k in places or range(max(map(len, rows))):
+        cells = [row[k] for row in rows if 0 <= k < len(row) and _is_number(row[k])]
+        commas, points = ([cell for cell in cells if sign in cell] for sign in ",.")
+        if commas or points:
+            sign, cell = (",", commas[0]) if len(commas) > len(points) else (".", points[0])
+            shown.setdefault(sign, cell)
+    if places and len(shown) > 1:
+        raise DataError(
+            f"one column holds numbers as {shown['.']}, another as {shown[',']}: expected one decimal sign. "
+            "Take out the marks between thousands, or write points alone",
+            path=path,
+        )
+    return "," if "," in shown else "."
 
 
 def split_line(line: str, separator: str) -> list[str]:
@@ -138,15 +166,15 @@ def _is_time(field: str) -> bool:
     return len(field) < 40 and _MOMENT_IN_TIME.fullmatch(field) is not None
 
 
-def _value_places(header: Sequence[str], wanted: Wanted) -> list[int]:
-    """Places of the displacement and the moments by a line of names, or by numbers in place of names."""
+def _places(header: Sequence[str], wanted: Wanted) -> list[tuple[str, int]]:
+    """Wanted columns and their places by a line of names, or by numbers in place of names."""
     places = []
     for key, name in wanted.names.items():
         stem = stem_and_unit(name)[0]
         found = [k for k, field in enumerate(header) if _folded(name) & _folded(field)]
         if not found and stem.isdecimal() and len(stem) < 6:
             found = [int(stem) - 1]
-        places += found if key not in ("time_s", "date") else []
+        places += [(key, k) for k in found]
     return places
 
 

@@ -3,7 +3,7 @@
 import csv
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from ploughval.loadcells.log_units import stem_and_unit
 from ploughval.loadcells.raw_log import RawLog
 from ploughval.loadcells.text_bytes import TextBytes, look_through
 from ploughval.loadcells.text_dialect import Dialect, find_dialect
+from ploughval.loadcells.text_rows import Lines, sieve
 
 _WRONG_LINES = 5
 
@@ -46,34 +47,18 @@ def read_text(path: Path, wanted: Wanted) -> RawLog:
     content = look_through(path)
     dialect = find_dialect(content, wanted)
     places = find_places(dialect.names, wanted, path)
-    units = {
-        key: column_unit(
-            key, wanted.names[key], dialect.names[k], dialect.below[k] if dialect.below else "", path
-        )
-        for key, k in places.items()
-        if key != "date"
-    }
-    if "date" in places:
-        told = (dialect.names[places["date"]], wanted.names["date"])
-        units["date"] = next((unit for name in told if (unit := stem_and_unit(name)[1])), "")
+    units = _units(dialect, places, wanted, path)
     table, skipped = _parse(content, dialect)
+    faults = _file_faults(content, dialect, len(table), skipped)
     cells = {key: table[k] for key, k in places.items()}
-    faults = _nul_faults(content)
-    if dialect.quoted:
-        lost = sum(1 for _ in content.lines()) - dialect.skip - len(table) - len(skipped)
-        faults += [f"a quote that is not closed: {lost} lines lost in it"] if lost > 0 else []
-    if skipped:
-        shown = ", ".join(map(str, skipped[:_WRONG_LINES]))
-        more = f" and {len(skipped) - _WRONG_LINES} more" if len(skipped) > _WRONG_LINES else ""
-        faults.append(
-            f"too many fields in line{'s' if len(skipped) > 1 else ''} {shown}{more} (expected "
-            f"{len(dialect.names)}): dropped"
-        )
     values = {key: numbers(cells[key], dialect.decimal) for key in VALUE_COLUMNS}
-    keep, rows, more_faults = _sieve(content, dialect, table, cells, values, places, skipped)
-    faults += more_faults
-    if not keep.all():
-        cells = {key: column[keep].reset_index(drop=True) for key, column in cells.items()}
+    suspect = np.zeros(len(table), dtype=bool)
+    for column in values.values():
+        suspect |= np.isnan(column)
+    rows, keep, lost = sieve(Lines(content, dialect, table, places, tuple(skipped)), suspect)
+    faults += lost
+    if keep.size < len(table):
+        cells = {key: column.iloc[keep].reset_index(drop=True) for key, column in cells.items()}
         values = {key: column[keep] for key, column in values.items()}
     for key, column in values.items():
         faults += _text_faults(key, cells[key], column, rows)
@@ -138,88 +123,36 @@ def _parse(content: TextBytes, dialect: Dialect) -> tuple[pd.DataFrame, list[int
     return table, sorted(lines)
 
 
-def _nul_faults(content: TextBytes) -> list[str]:
-    if not content.nuls:
-        return []
-    if content.nul_line is None:
-        return ["NUL bytes at the end: taken off (the file was not closed as it should)"]
-    return [f"NUL bytes, first in line {content.nul_line}: what they stand in is no number"]
-
-
-def _sieve(
-    content: TextBytes,
-    dialect: Dialect,
-    table: pd.DataFrame,
-    cells: Mapping[str, pd.Series],
-    values: Mapping[str, NDArray[np.float64]],
-    places: Mapping[str, int],
-    skipped: Sequence[int],
-) -> tuple[NDArray[np.bool_], FileRows, list[str]]:
-    """Which rows are kept, where they stand, and what was dropped."""
-    count = len(table)
-    lines = _line_numbers(count, dialect.skip + 1, skipped)
-    empty = np.zeros(count, dtype=bool)
-    suspect = np.zeros(count, dtype=bool)
-    for column in values.values():
-        suspect |= np.isnan(column)
-    places_in_doubt = np.flatnonzero(suspect)
-    empty[places_in_doubt] = table.iloc[places_in_doubt].isna().all(axis=1).to_numpy()
-    if not skipped and not empty.any():
-        rows = FileRows(content.path.name, count, dialect.skip + 1)
-    else:
-        # A line with too many fields is a row as well; a blank one is none.
-        extra = np.searchsorted(np.asarray(skipped, dtype=np.intp), lines)
-        place = np.cumsum(~empty) - 1 + extra
-        rows = FileRows(content.path.name, count, dialect.skip + 1, place, lines)
-    dropped = empty.copy()
-    faults = []
-    again = suspect & ~empty
+def _units(dialect: Dialect, places: Mapping[str, int], wanted: Wanted, path: Path) -> dict[str, str]:
+    """The unit of each column, and the form of the dates, as headers and settings tell them."""
+    units = {}
     for key, k in places.items():
-        if again.any():
-            again[again] = (
-                cells[key][again].astype(str).str.strip().str.strip('"') == dialect.names[k]
-            ).to_numpy()
-    again &= dialect.skip > 0
-    short = _short_rows(content, dialect, suspect & ~empty & ~again, lines, max(places.values()))
-    if count and content.last_line_is_cut():
-        last = int(np.flatnonzero(~empty)[-1]) if not empty.all() else 0
-        short[last] = False
-        dropped[last] = True
-        faults.append(f"the last line is cut off: {name_rows(np.array([last]), [rows])} dropped")
-    for which, what in ((again, "the headers once more"), (short, "too few fields")):
-        if which.any():
-            faults.append(f"{what} in {name_rows(np.flatnonzero(which), [rows])}: dropped")
-            dropped |= which
-    return ~dropped, rows.take(np.flatnonzero(~dropped)) if dropped.any() else rows, faults
+        header, name = dialect.names[k], wanted.names[key]
+        if key == "date":
+            units[key] = stem_and_unit(header)[1] or stem_and_unit(name)[1]
+        else:
+            units[key] = column_unit(key, name, header, dialect.below[k] if dialect.below else "", path)
+    return units
 
 
-def _line_numbers(count: int, first: int, skipped: Sequence[int]) -> NDArray[np.intp]:
-    """Line, from 1, of each row of the table, given the lines that are not in it."""
-    lines = np.arange(first, first + count, dtype=np.intp)
+def _file_faults(content: TextBytes, dialect: Dialect, count: int, skipped: list[int]) -> list[str]:
+    """What is wrong with the file as a whole, of whose rows ``count`` were read."""
+    faults = []
+    if content.nul_line is not None:
+        faults.append(f"NUL bytes, first in line {content.nul_line}: what they stand in is no number")
+    elif content.nuls:
+        faults.append("NUL bytes at the end: taken off (the file was not closed as it should)")
+    if dialect.quoted:
+        lost = sum(1 for _ in content.lines()) - dialect.skip - count - len(skipped)
+        faults += [f"a quote that is not closed: {lost} lines lost in it"] if lost > 0 else []
     if skipped:
-        gone = np.asarray(skipped, dtype=np.intp) - np.arange(len(skipped)) - first
-        lines += np.searchsorted(gone, np.arange(count), side="right")
-    return lines
-
-
-def _short_rows(
-    content: TextBytes,
-    dialect: Dialect,
-    suspect: NDArray[np.bool_],
-    lines: NDArray[np.intp],
-    last_place: int,
-) -> NDArray[np.bool_]:
-    """Of the suspect rows, those that have not the fields up to the last wanted one."""
-    short = np.zeros(suspect.size, dtype=bool)
-    rows = np.flatnonzero(suspect)
-    if rows.size == 0:
-        return short
-    asked = dict(zip(lines[rows].tolist(), rows.tolist(), strict=True))
-    for number, line in enumerate(content.lines(), start=1):
-        row = asked.get(number)
-        if row is not None:
-            short[row] = dialect.fields(line) <= last_place
-    return short
+        shown = ", ".join(map(str, skipped[:_WRONG_LINES]))
+        more = f" and {len(skipped) - _WRONG_LINES} more" if len(skipped) > _WRONG_LINES else ""
+        faults.append(
+            f"too many fields in line{'s' if len(skipped) > 1 else ''} {shown}{more} (expected "
+            f"{len(dialect.names)}): dropped"
+        )
+    return faults
 
 
 def _text_faults(key: str, cells: pd.Series, found: NDArray[np.float64], rows: FileRows) -> list[str]:
