@@ -318,6 +318,22 @@ def test_a_second_rest_before_the_end_of_the_travel_is_refused(tmp_path):
         measure_force(drifting(tmp_path).scene(rest_end_s=[10.0, 12.0]))
 
 
+def test_after_the_travel_friction_may_be_anything_and_that_is_stated(tmp_path):
+    rig = Rig(tmp_path, after=5.0)  # unloaded at once, friction gone, which no one says
+    result = measure_force(rig.scene())
+    record = result.record
+    held, travel = (
+        record["time_s"] > REST + TRAVEL + 0.1,
+        record["time_s"].between(REST + 1, REST + TRAVEL - 1),
+    )
+    assert (record["force_N"][held] + 3.0).abs().max() < 0.3
+    assert (record["force_N"][held].abs() <= 1.96 * record["force_std_N"][held]).all()
+    assert record["force_std_N"][travel].max() < 0.1
+    assert "friction after the travel" not in " ".join(result.budget["source"])
+    spacing = result.budget.set_index("source").loc["spacing", "sensitivity_N"]
+    assert spacing == pytest.approx(-record["force_N"][travel].mean() / 150, rel=0.05)
+
+
 def test_friction_as_large_as_the_force_is_within_what_is_stated(tmp_path):
     rig = Rig(tmp_path, 3, friction=30.0, scatter=0.1, runs=5)
     record, force_error, arm_error = errors(measure_force(rig.scene()))

@@ -44,3 +44,26 @@ def test_missing_rows_are_passed_over():
     motion = find_motion(u)
     assert motion is not None
     assert abs(motion.onset - 501) <= 1
+
+
+@pytest.mark.parametrize("noise_mm", [0.0, 0.002, 0.01])
+@pytest.mark.parametrize("after", ["holds", "returns"])
+def test_the_end_of_the_forward_travel_is_found(noise_mm, after):
+    t = np.arange(0, 80, 0.01)
+    u = np.clip(t - 10, 0, 40)
+    if after == "returns":
+        u = np.where(t > 60, 100 - t, u)
+    motion = find_motion(u + np.random.default_rng(1).normal(0, noise_mm, t.size))
+    # 0.01 mm a row; the largest of 3000 rows lies up to 4 deviations above the level that 8 are taken off.
+    assert motion is not None
+    assert abs(motion.stop - 5001) <= 2 + 8 * noise_mm / 0.01
+
+
+@pytest.mark.parametrize("noise_mm", [0.0, 0.002, 0.01])
+def test_a_log_that_ends_in_motion_has_no_end_of_travel(noise_mm):
+    t = np.arange(0, 50, 0.001)
+    u = np.clip(t - 10, 0, None) + np.random.default_rng(2).normal(0, noise_mm, t.size)
+    u[-5:] = np.nan
+    motion = find_motion(u)
+    assert motion is not None
+    assert motion.stop == t.size

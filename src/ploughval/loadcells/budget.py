@@ -200,6 +200,8 @@ def _interleave(slopes: list[float], parts: list[float]) -> tuple[float, float, 
 def _term_rows(weights: dict[str, float], sources: Sources, *results: _Slopes) -> list[_Row]:
     rows: list[_Row] = []
     for term in sources.terms:
+        if weights[term.name] == 0:
+            continue  # it has no part in the load that the table is of
         cov = term.cov * weights[term.name]
         slopes = [result.moments[:, 0] for result in results]
         for k, cell in enumerate(_CELLS):

@@ -115,10 +115,10 @@ def measure_force(scene: Scene) -> ForceResult:
     zero, level_mm = zero_at_rest(cells, log, response, faults)
     friction = friction_from(empty, log, zero, response, faults)
     line = zeros_over(cells, log, zero, response, faults)
-    smoothed, more = unsmoothed(log.readings), tuple[Term, ...]()
+    smoothed, more = unsmoothed(log.readings), _once_stopped(friction, log, response)
     if cells.bandwidth_Hz is not None:
         smoothed = smooth(log.time_s, log.readings, cells.bandwidth_Hz)
-        more = _shaved(smoothed, log, zero, geometry, response, faults)
+        more += _shaved(smoothed, log, zero, geometry, response, faults)
     rig = Rig(geometry, response, zero.noise_cov * smoothed.noise_share)
     found = force_from_readings(
         smoothed.readings,
@@ -147,6 +147,16 @@ def _response(source: Path, cells: LoadCells) -> CellResponse:
     return CellResponse.constant(gain, np.array([given.upper_Nm_per_unit_std, given.lower_Nm_per_unit_std]))
 
 
+def _once_stopped(friction: Friction | None, log: RunLog, response: CellResponse) -> tuple[Term, ...]:
+    """Friction once the blade has stopped: anything between what it was and its opposite (rectangular)."""
+    stopped = log.moving & ~log.advancing
+    if friction is None or not stopped.any():
+        return ()
+    level = (response.coefficients @ friction.mean)[:, 0]
+    cov = np.outer(level, level) * 4 / 3  # mean square of 0 to 2 of it, that of the travel being taken off
+    return (Term("friction after the travel", cov, stopped.astype(float), np.zeros(2)),)
+
+
 def _shaved(
     smoothed: Smoothed,
     log: RunLog,
@@ -156,10 +166,10 @@ def _shaved(
     faults: list[str],
 ) -> tuple[Term, ...]:
     """What smoothing takes off the peaks: said, and a source of uncertainty."""
-    cov = smoothed.lost_cov(log.moving, zero.noise_cov)
+    cov = smoothed.lost_cov(log.advancing, zero.noise_cov)
     slope = response.slopes(np.zeros(2))
     moments = slope @ (smoothed.readings - zero.mean[:, None])
-    force = np.where(log.moving, horizontal_force(moments[0], moments[1], geometry.spacing_mm), np.nan)
+    force = np.where(log.advancing, horizontal_force(moments[0], moments[1], geometry.spacing_mm), np.nan)
     if np.isfinite(force).any():
         top = int(np.nanargmax(force))
         upper, lower = slope @ smoothed.lost[:, top]
@@ -262,7 +272,7 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
     slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
         record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True))),
-        budget=mean_budget(found, test.moving & np.isfinite(found.force_N)),
+        budget=mean_budget(found, test.advancing & np.isfinite(found.force_N)),
         faults=tuple(told.faults),
         friction=told.friction,
         zero_Nm=slope @ told.zero.mean,

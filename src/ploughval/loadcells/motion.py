@@ -7,17 +7,20 @@ from numpy.typing import NDArray
 
 _NOISE_FACTOR = 10.0  # travel below this many standard deviations of the displacement is no motion
 _LEAST_REST_ROWS = 10
+_AT_END = 8.0  # standard deviations of the displacement within which the blade is at its last place
+_ROWS_AT_END = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Rows of a log: at rest to ``rest_end``, moving from ``onset``, steady from 2 to 98 % of the travel."""
+    """Rows of a log: at rest to ``rest_end``, moving from ``onset`` to ``stop``, steady from 2 to 98 %."""
 
     rest_end: int  # exclusive; 0: the log holds no rest before motion
     onset: int
     steady_start: int
     steady_end: int  # exclusive
     travel_mm: float  # signed
+    stop: int  # exclusive; end of the forward travel, of the log where that ends first
 
 
 def find_motion(displacement_mm: NDArray[np.float64]) -> Motion | None:
@@ -40,8 +43,8 @@ def find_motion(displacement_mm: NDArray[np.float64]) -> Motion | None:
     start = float(np.median(u[: max(5, u.size // 1000)]))
     far = float(u[np.argmax(np.abs(u - start))] - start)
     rise = np.sign(far) * (u - start)
-    size = abs(far)
-    if size <= _NOISE_FACTOR * _noise(u):
+    size, noise = abs(far), _noise(u)
+    if size <= _NOISE_FACTOR * noise:
         return None
     low = int(np.argmax(rise > 0.1 * size))
     below = np.flatnonzero(rise[:low] < 0.02 * size)
@@ -51,15 +54,23 @@ def find_motion(displacement_mm: NDArray[np.float64]) -> Motion | None:
     )  # where the line 2 to 10 % reaches zero
     rest = max(int(0.9 * crossing), 0)
     steady_end = int(np.argmax(rise >= 0.98 * size)) + 1
+    steady = (int(rows[steady_start]), int(rows[steady_end - 1]) + 1)
+    stop = _stop(rise, size, noise, 0.96 * size / max(steady_end - steady_start, 1))
+    stop = displacement_mm.size if stop == u.size else int(rows[stop])
     if rest < _LEAST_REST_ROWS:
-        return Motion(0, 0, int(rows[steady_start]), int(rows[steady_end - 1]) + 1, far)
+        return Motion(0, 0, *steady, far, stop)
     level = float(rise[:rest].mean())
     limit = level + max(3 * float(rise[:rest].std()), 1e-9 * size)
     still = np.flatnonzero(rise[:steady_start] <= limit)
     onset = int(still[-1]) + 1 if still.size else 0
-    return Motion(
-        int(rows[rest]), int(rows[onset]), int(rows[steady_start]), int(rows[steady_end - 1]) + 1, far
-    )
+    return Motion(int(rows[rest]), int(rows[onset]), *steady, far, stop)
+
+
+def _stop(rise: NDArray[np.float64], size: float, noise: float, row_mm: float) -> int:
+    """First row after the forward travel; the record's end where the blade moves as long as that."""
+    reached = int(np.argmax(rise >= size - _AT_END * noise)) + 1
+    held_mm = (rise.size - reached) * row_mm  # what the rows after that would travel
+    return reached if held_mm > 2 * _AT_END * noise + _ROWS_AT_END * row_mm else int(rise.size)
 
 
 def _noise(values: NDArray[np.float64]) -> float:

@@ -35,6 +35,12 @@ class RunLog:
         return np.asarray(started & (self.time_s < self.unloaded_s))
 
     @property
+    def advancing(self) -> NDArray[np.bool_]:
+        """Rows (N,) of the forward travel."""
+        rows = np.arange(self.time_s.size)
+        return np.asarray(self.moving & (rows < (0 if self.motion is None else self.motion.stop)))
+
+    @property
     def resting(self) -> NDArray[np.bool_]:
         """Rows (N,) at rest before motion; all of them without motion."""
         rows = np.arange(self.time_s.size)

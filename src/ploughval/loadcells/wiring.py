@@ -152,7 +152,7 @@ def wiring_of(
 def _loads(log: RunLog) -> tuple[Floats, Floats] | None:
     """Readings (2, N) in motion less rest, thinned, and the std (2,) of their mean; None without both."""
     zero = zero_of(log.time_s[log.resting], log.readings[:, log.resting])
-    moving = log.readings[:, log.moving]
+    moving = log.readings[:, log.advancing]
     moving = moving[:, np.isfinite(moving).all(axis=0)]
     if zero is None or log.motion is None or moving.shape[1] == 0:
         return None
