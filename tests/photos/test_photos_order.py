@@ -113,6 +113,14 @@ def test_equal_photographs_at_rest_are_no_copies(make_scene, write_photos, tmp_p
     assert same_files([first, tmp_path / "photos" / "a2.png"]) == [[first, tmp_path / "photos" / "a2.png"]]
 
 
+def test_a_picture_that_comes_again_later_is_told(make_scene, write_photos, tmp_path):
+    paths = write_photos(["a1.png", "a2.png", "a3.png"])
+    paths[2].write_bytes(paths[0].read_bytes())
+    series = open_frames(make_scene())
+    assert len(series) == 3
+    assert series.notes == ("the same picture, to the byte, as one further on: a1.png",)
+
+
 def test_files_that_differ_outside_their_middle_are_told_apart(tmp_path):
     data = np.random.default_rng(1).bytes(300_000)
     for name, change in (("a", b""), ("b", b"x"), ("c", b"")):

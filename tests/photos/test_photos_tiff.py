@@ -1,6 +1,7 @@
 """Every kind of TIFF that a camera or a converter writes gives its stored samples, or says why not."""
 
 import io
+import lzma
 import struct
 
 import numpy as np
@@ -16,7 +17,7 @@ HEIGHT, WIDTH = 37, 52
 GREY_8 = RNG.integers(0, 256, (HEIGHT, WIDTH)).astype(np.uint8)
 GREY_16 = RNG.integers(0, 65536, (HEIGHT, WIDTH)).astype(np.uint16)
 COLOUR_16 = RNG.integers(0, 65536, (HEIGHT, WIDTH, 3)).astype(np.uint16)
-CODES = {"none": 1, "lzw": 5, "deflate": 8, "packbits": 32773, "zstd": 50000}
+CODES = {"none": 1, "lzw": 5, "deflate": 8, "packbits": 32773, "lzma": 34925, "zstd": 50000}
 PILLOW = {"lzw": "tiff_lzw", "deflate": "tiff_adobe_deflate", "packbits": "packbits", "zstd": "zstd"}
 
 
@@ -24,6 +25,8 @@ def squeeze(data, rows, kind):
     """A segment packed by libtiff, told that its bytes are a grey picture."""
     if kind == "none":
         return data
+    if kind == "lzma":
+        return lzma.compress(data)
     file = io.BytesIO()
     picture = Image.frombytes("L", (len(data) // rows, rows), data)
     picture.save(file, "TIFF", compression=PILLOW[kind], tiffinfo={278: rows})
@@ -125,6 +128,18 @@ def test_packed_samples_are_unpacked(tmp_path, bits, kind):
         assert read_header(tmp_path / "a.tif").bits == (16 if bits > 8 else 8)
 
 
+@pytest.mark.parametrize("bits", [1, 2, 4, 8])
+def test_palettes_of_every_depth_are_looked_up(tmp_path, bits):
+    index = RNG.integers(0, 1 << bits, (HEIGHT, WIDTH))
+    colours = RNG.integers(0, 256, (3, 1 << bits))
+    digits = (index[..., None] >> np.arange(bits)[::-1]) & 1
+    rows = np.packbits(digits.reshape(HEIGHT, -1).astype(np.uint8), axis=1)
+    tags = {258: bits, 259: 1, 262: 3, 277: 1, 278: HEIGHT, 320: (257 * colours).ravel().tolist()}
+    write_tiff(tmp_path / "a.tif", [rows.tobytes()], tags)
+    for k, channel in enumerate(("red", "green", "blue")):
+        np.testing.assert_array_equal(decode(tmp_path / "a.tif", channel=channel), colours[k][index])
+
+
 def test_jpeg_inside_a_tiff_is_its_luma_within_a_level(tmp_path):
     ramp = np.add.outer(np.arange(HEIGHT), 3 * np.arange(WIDTH)).astype(np.uint8)
     Image.fromarray(ramp).save(tmp_path / "a.tif", compression="jpeg", quality=100)
@@ -169,6 +184,17 @@ def test_a_damaged_strip_is_refused(tmp_path, kind):
     (strip,) = strips([GREY_16[..., None]], HEIGHT, kind, "<")
     write_tiff(tmp_path / "a.tif", [strip[: len(strip) // 2]], tags)
     with pytest.raises(DataError, match=r"a\.tif"):
+        decode(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("kind", ["deflate", "lzma"])  # the others hold no checksum
+def test_damage_inside_a_packed_strip_is_refused(tmp_path, kind):
+    strip = bytearray(strips([GREY_16[..., None]], HEIGHT, kind, "<")[0])
+    middle = len(strip) // 2
+    strip[middle : middle + 400] = bytes(400)
+    tags = {258: 16, 259: CODES[kind], 262: 1, 277: 1, 278: HEIGHT}
+    write_tiff(tmp_path / "a.tif", [bytes(strip)], tags)
+    with pytest.raises(DataError, match=r"a\.tif: cannot be decoded"):
         decode(tmp_path / "a.tif")
 
 

@@ -1,7 +1,9 @@
 """Picture files to samples as they are stored: no turning by EXIF, 16 bit stays 16 bit, alpha ignored."""
 
+import lzma
 import struct
 import warnings
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,6 +36,8 @@ _BROKEN = (
     TypeError,
     MemoryError,
     NotImplementedError,
+    lzma.LZMAError,
+    zlib.error,
     tifffile.TiffFileError,
     cv2.error,
     Image.DecompressionBombError,

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +103,9 @@ def _files(scene: Scene, camera: Camera) -> tuple[list[Path], list[str]]:
         copies = [p for p in group if any(is_copy_of(p, other) for other in group)]
         notes += [f"a copy of another photograph, left out: {p.name}" for p in copies]
         files = [p for p in files if p not in copies]
+        places = [files.index(p) for p in group if p in files]
+        apart = [k for k, later in pairwise(places) if later - k > 1]
+        notes += [f"the same picture, to the byte, as one further on: {files[k].name}" for k in apart]
     if camera.times is None or isinstance(camera.times, Interval):
         files, assumed = _assumed_order(files, scene.folder)
         notes += assumed

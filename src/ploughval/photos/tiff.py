@@ -18,7 +18,6 @@ from ploughval.photos.tiff_segments import UNPACKED, assemble
 
 MAGIC = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _CMYK, _YCBCR = 0, 1, 2, 3, 5, 6
-_BY_TIFFFILE = frozenset({1, 8, 32946})  # none, deflate
 _BY_PILLOW = frozenset({2, 3, 4, 6, 7})  # CCITT, JPEG: whole pictures to libtiff
 _UNSIGNED = 1
 
@@ -52,7 +51,7 @@ def decode_tiff(path: Path, page: int) -> Samples:
         _refuse(tif, path.stat().st_size)
         if tif.compression in _BY_PILLOW or tif.photometric in (_CMYK, _YCBCR):
             return _by_pillow(path, page, tif)
-        if tif.compression in _BY_TIFFFILE and tif.bitspersample in (1, 8, 16):
+        if tif.compression == 1 and tif.bitspersample in (8, 16):
             array = tif.asarray()
             array = np.moveaxis(array, 0, -1) if tif.axes == "SYX" else array
         else:
@@ -71,7 +70,7 @@ def _refuse(page: Any, size: int) -> None:
         raise ValueError(f"samples of {name}, axes {page.axes}; expected 8 or 16 bit, one plane")
     if page.photometric not in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _CMYK, _YCBCR):
         raise ValueError(f"colours of the kind {_name(page.photometric)}; expected grey, RGB or a palette")
-    if page.compression not in _BY_TIFFFILE | _BY_PILLOW | UNPACKED:
+    if page.compression not in _BY_PILLOW | UNPACKED:
         raise ValueError(f"compression {_name(page.compression)}; save it with deflate, LZW or none")
     if bits > 8 and (page.compression in _BY_PILLOW or page.photometric in (_CMYK, _YCBCR)):
         raise ValueError(f"{_name(page.photometric)} of {bits} bits; expected grey or RGB at this depth")
@@ -84,8 +83,8 @@ def _name(code: Any) -> str:
 def _colours(array: NDArray[Any], tif: Any) -> Samples:
     """Stored samples to grey or RGB; extra samples (alpha) are left out."""
     bits = int(tif.bitspersample)
-    if bits == 1:
-        array, bits = array.astype(np.uint8) * 255, 8
+    if bits == 1 and tif.photometric != _PALETTE:
+        array, bits = array * np.uint8(255), 8
     if tif.photometric == _RGB:
         return array[..., :3]
     array = array[..., 0] if array.ndim == 3 else array

@@ -1,7 +1,10 @@
-"""Strips and tiles unpacked one by one: LZW, PackBits, Zstandard, LZMA, and samples of 2 to 16 bits."""
+"""Strips and tiles unpacked one by one: LZW, PackBits, Zstandard, LZMA, and samples of 1 to 16 bits."""
 
 import io
+import lzma
 import struct
+import zlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,13 @@ from PIL import Image
 UNPACKED = frozenset(
     {1, 5, 8, 32946, 32773, 34925, 50000}
 )  # none, LZW, deflate twice, PackBits, LZMA, Zstandard
+_BY_PYTHON: dict[int, Callable[[bytes], bytes]] = {
+    1: bytes,
+    8: zlib.decompress,
+    32946: zlib.decompress,
+    34925: lzma.decompress,
+}
+"""Compressions that libtiff is not asked for: it passes over some faults in them."""
 _NO_PREDICTOR, _DIFFERENCES = 1, 2
 
 
@@ -20,7 +30,7 @@ def assemble(page: Any) -> NDArray[np.uint8] | NDArray[np.uint16]:
     Parameters
     ----------
     page : tifffile.TiffPage
-        Of unsigned samples of at most 16 bits, one plane.
+        Of unsigned samples of 1 to 16 bits, one plane.
 
     Returns
     -------
@@ -63,10 +73,10 @@ def assemble(page: Any) -> NDArray[np.uint8] | NDArray[np.uint16]:
 
 
 def _unpack(packed: bytes, page: Any, row_bytes: int, rows: int) -> NDArray[np.uint8]:
-    """The bytes of a segment, (rows, row_bytes), by libtiff: given as a grey picture of bytes."""
+    """The bytes of a segment, (rows, row_bytes); by libtiff as a grey picture of bytes."""
     code = int(page.compression)
-    if code == 1:
-        data = np.frombuffer(packed, np.uint8)
+    if code in _BY_PYTHON:
+        data = np.frombuffer(_BY_PYTHON[code](packed), np.uint8)
         if page.fillorder == 2:
             data = np.packbits(np.unpackbits(data, bitorder="little"))
         if data.size < rows * row_bytes:
