@@ -154,6 +154,10 @@ def picture(found, lens, target):
         seen.semilogx(barrel, 100 * rows["k1_taken"], "o-", ms=4, label=f"{count} points")
     seen.set(xlabel="barrel at the corners, % (left end: none)", ylabel="k1 taken, %")
     seen.legend(fontsize=7)
+    for axes in (errors, coverage):
+        axes.set_xticks(COUNTS, [str(count) for count in COUNTS])
+        axes.set_xticks([], minor=True)
+    coverage.set_xlim(5.5, 44)
     for axes in (errors, coverage, seen):
         axes.grid(color="0.9")
     figure.savefig(target, dpi=110, metadata={"Software": None})
