@@ -190,7 +190,7 @@ def test_uncertain_weights_widen_the_constants(tmp_path):
     a, b = calibrated_in(tmp_path / "a", exact), calibrated_in(tmp_path / "b", loose)
     std = [np.sqrt(r.response.cov[0, 0, 0, 0]) / 0.02 for r in (a, b)]
     # Five weights, each off by its own 0.2 %: of the slope through them 0.2 % / sqrt(5) to 0.2 %.
-    assert std[0] < 0.0003
+    assert std[0] < 0.0005
     assert 0.0009 < std[1] < 0.002
     assert said(a, "no load_std_N")
     assert not said(b, "no load_std_N")

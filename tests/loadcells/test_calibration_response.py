@@ -65,9 +65,9 @@ MOST = np.array([[0.6827 + 0.063], [0.9545 + 0.028]])
 KNOWN_FORM = {
     "three loads, one run": {"arms": (0,), "loads": (0, 20, 50, 0)},
     "five rows, one run": {"arms": (0,), "loads": (0, 20, 50, 20, 0)},
-    "up and down, one run": {"arms": (0,)},
 }
 CHOSEN_FORM = {
+    "up and down, one run": {"arms": (0,)},
     "three runs at one arm": {"arms": (0, 0, 0)},
     "four arms": {},
     "uncertain weights": {"weight_N": 0.2, "arms": (0, 100)},
@@ -127,6 +127,29 @@ def test_the_change_with_the_geometry_is_that_of_the_moments():
     # F = (Mu - Ml) 1000 / s is 30 N whatever the spacing; lower_to_tip - 1000 Ml / F does not move either.
     np.testing.assert_allclose(by_spacing, [0.030, 0.0], atol=2e-6)
     np.testing.assert_allclose(by_lower, [0.030, 0.030], atol=2e-6)
+
+
+def test_the_cells_are_treated_alike():
+    rig = Rig(CROSSED, noise_Nm=0.01)
+    readings, moments = rig.draw(np.random.default_rng(15))
+    a = fit_response(readings, moments, run=rig.run).response
+    b = fit_response(readings[::-1], moments[::-1], run=rig.run).response
+    mirrored = [1, 0, 3, 2][: len(b.powers)]
+    np.testing.assert_allclose(b.coefficients[::-1][:, mirrored], a.coefficients, rtol=1e-6, atol=1e-15)
+    cov = b.cov[::-1, :, ::-1][:, mirrored][..., mirrored]
+    np.testing.assert_allclose(cov, a.cov, rtol=1e-4, atol=1e-6 * a.cov.max())
+
+
+def test_the_order_of_the_rows_does_not_matter():
+    rig = Rig(arms=(0, 100), noise_Nm=0.01, weight_N=0.1)
+    readings, moments = rig.draw(np.random.default_rng(16))
+    order = np.random.default_rng(17).permutation(22)
+    a = fit_response(readings, moments, run=rig.run, errors=rig.errors).response
+    b = fit_response(
+        readings[:, order], moments[:, order], run=rig.run[order], errors=rig.errors[:, :, order]
+    ).response
+    np.testing.assert_allclose(b.coefficients, a.coefficients, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(b.cov, a.cov, rtol=1e-3, atol=1e-6 * a.cov.max())
 
 
 @pytest.mark.parametrize("row", range(11))

@@ -68,13 +68,17 @@ def choose_model(session: Session) -> Choice:
             f"{count} rows in {session.runs} runs do not fix the constants of the load cells "
             f"({rows[0][-1]}); expected at least three different loads a run, zero among them"
         )
-    least, best = min(scored, key=lambda pair: pair[0])
-    likely = [
-        (np.exp(-0.5 * (s - least)) if np.isfinite(s) else 0.0, fit) for s, fit in scored if fit is not best
-    ]
-    total = 1.0 + sum(weight for weight, _ in likely)
-    weighed = ((1 / total, best), *((float(weight / total), fit) for weight, fit in likely))
-    return Choice(best, pd.DataFrame(rows, columns=list(CHOICE_COLUMNS)), condition, weighed)
+    _, best = min(scored, key=lambda pair: pair[0])
+    table = pd.DataFrame(rows, columns=list(CHOICE_COLUMNS))
+    return Choice(best, table, condition, _weighed([fit for s, fit in scored if np.isfinite(s)] or [best]))
+
+
+def _weighed(fits: list[ModelFit]) -> tuple[tuple[float, ModelFit], ...]:
+    """Akaike weights, without the correction for few rows: it would call what few rows leave open settled."""
+    count = fits[0].residuals.shape[1]
+    criterion = np.array([fit.aic + 2 * len(fit.left_out) * np.log(count) for fit in fits])
+    weights = np.exp(-0.5 * (criterion - criterion.min()))
+    return tuple(zip((weights / weights.sum()).tolist(), fits, strict=True))
 
 
 def _check_spread(session: Session) -> None:

@@ -100,12 +100,17 @@ class ModelFit:
     parameters: int
 
     @property
+    def aic(self) -> float:
+        """Akaike's information criterion."""
+        return self.deviance + 2 * self.parameters
+
+    @property
     def aicc(self) -> float:
-        """Akaike's information criterion with the correction for few rows (Hurvich & Tsai 1989)."""
+        """The same with the correction for few rows (Hurvich & Tsai 1989); inf where they are too few."""
         spare = self.residuals.size - self.parameters - 1
         if spare <= 0:
             return float("inf")
-        return self.deviance + 2 * self.parameters * (1 + (self.parameters + 1) / spare)
+        return self.aic + 2 * self.parameters * (self.parameters + 1) / spare
 
 
 @dataclass(frozen=True, slots=True)
