@@ -21,6 +21,7 @@ def numbers(series):
 def test_names_are_ordered_as_numbers_where_times_are_unknown(make_scene, write_photos):
     write_photos(["img9.png", "img10.png", "img100.png", "img2.png"])
     series = open_frames(make_scene())
+    assert series.name(0) == "img2.png"
     assert [p.name for p in series.paths] == ["img2.png", "img9.png", "img10.png", "img100.png"]
     assert numbers(series) == [3, 0, 1, 2]
     assert np.isnan(series.time_s).all()
@@ -97,6 +98,7 @@ def test_a_gif_counts_as_its_frames(make_scene, tmp_path):
     frames[0].save(tmp_path / "photos" / "a.gif", save_all=True, append_images=frames[1:])
     series = open_frames(make_scene(times={"start_s": 1, "interval_s": 0.5}))
     assert numbers(series) == [0, 10, 20]
+    assert series.name(2) == "a.gif, picture 2"
     np.testing.assert_allclose(series.time_s, [1, 1.5, 2])
 
 

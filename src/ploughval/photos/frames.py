@@ -47,6 +47,11 @@ class FrameSeries:
     def __len__(self) -> int:
         return len(self.paths)
 
+    def name(self, frame: int) -> str:
+        """File of a frame, with the number of the picture where the series is in one file."""
+        name = self.paths[frame].name
+        return f"{name}, picture {self.pages[frame]}" if any(self.pages) else name
+
     def read(self, frame: int) -> Samples:
         """Decode one frame.
 

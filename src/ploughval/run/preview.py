@@ -92,7 +92,11 @@ def _photographs(scene: Scene, lines: list[str]) -> Preview:
 
 def _times(frames: FrameSeries) -> str:
     known = frames.time_s[np.isfinite(frames.time_s)]
-    return f"from {known[0]:g} to {known[-1]:g} s" if len(known) else "times unknown"
+    if not len(known):
+        return "times unknown"
+    std_s = np.nanmax(frames.time_std_s)
+    uncertain = f", standard uncertainty up to {std_s:.2g} s" if std_s > 0 else ""
+    return f"from {known[0]:g} to {known[-1]:g} s{uncertain}"
 
 
 def _first_tracks(

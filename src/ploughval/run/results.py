@@ -236,10 +236,16 @@ def _ledger(found: Findings) -> list[dict[str, Any]]:
     u_mm = found.frame_displacement_mm()
     u_mm = u_mm if len(u_mm) else np.full(len(found.frames), np.nan)
     rows = []
-    for frame, path in enumerate(found.frames.paths):
+    for frame in range(len(found.frames)):
         given_up = "" if found.window is not None else "the photographs were given up"
         reason = found.lost_frames.get(frame, given_up)
-        row = {"frame": frame, "file": path.name, "time_s": found.frames.time_s[frame], "u_mm": u_mm[frame]}
+        row = {
+            "frame": frame,
+            "file": found.frames.name(frame),
+            "time_s": found.frames.time_s[frame],
+            "time_std_s": found.frames.time_std_s[frame],
+            "u_mm": u_mm[frame],
+        }
         told = found.window
         notes = [] if told is None else [*told.notes.get(frame, []), *told.unseen.get(frame, [])]
         rows.append({**row, "status": "lost" if reason else "ok", "reason": reason, "notes": notes})
