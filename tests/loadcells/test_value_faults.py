@@ -130,6 +130,21 @@ def test_readings_at_either_end_of_the_range_are_saturated(low, high):
     np.testing.assert_array_equal(saturated(clipped, 0), expected)
 
 
+@pytest.mark.parametrize("rate_hz", [10, 50, 500])
+@pytest.mark.parametrize("digits", [3, 4, 5])
+def test_the_top_of_a_smooth_curve_is_not_saturation(rate_hz, digits):
+    t = np.arange(60 * rate_hz) / rate_hz
+    for size in np.linspace(0.2, 1.0, 9):
+        values = np.round(size * (1 + 0.03 * np.sin(2 * np.pi * t / 48)), digits)
+        assert not saturated(values, 10).any()
+
+
+def test_a_smooth_curve_without_noise_that_is_cut_off_is_saturated():
+    values = np.round(1 + 0.03 * np.sin(2 * np.pi * np.arange(3000) / 2400), 5)
+    clipped = np.minimum(values, 1.02)
+    np.testing.assert_array_equal(saturated(clipped, 10), clipped == 1.02)
+
+
 def test_numbers_too_large_to_be_readings_are_not_finite():
     values = np.array([1e29, 1e31, -1e300, np.inf, -np.inf, np.nan, 0.0])
     assert not_finite(values).tolist() == [False, True, True, True, True, True, False]

@@ -17,6 +17,7 @@ _SPIKE_NOISE = 20.0  # it rises and falls by this many times the usual step with
 _SPIKE_RANGE = 0.1  # ... and by this part of the column's range ...
 _SPIKE_RETURN = 0.25  # ... and comes back to where it started to within this part of its height
 _LEAST_SATURATED = 5  # rows
+_SIDE = 5  # rows looked at beside equal ones
 _LEAST_STUCK = 20  # rows
 _COARSE = 0.5  # share of equal neighbours above which steps are too coarse to tell a stop from chance
 _SAMPLES = 100_000
@@ -98,7 +99,10 @@ def spikes(values: Floats, scale: "Scale | None" = None) -> Mask:
 
 
 def saturated(values: Floats, onset: int) -> Mask:
-    """Rows from ``onset`` on that repeat the column's extreme longer than chance allows: (N,) bool."""
+    """Rows from ``onset`` on that repeat the column's extreme longer than chance allows: (N,) bool.
+
+    The top of a smooth curve, which repeats its highest reading as well, is none.
+    """
     found = np.zeros(values.size, dtype=bool)
     moving = values[onset:]
     finite = moving[np.isfinite(moving)]
@@ -107,15 +111,23 @@ def saturated(values: Floats, onset: int) -> Mask:
     low, high = float(finite.min()), float(finite.max())
     for extreme in (low, high):
         starts, ends = _runs(moving == extreme)
-        if starts.size == 0 or (ends - starts).max() < _LEAST_SATURATED:
+        long = ends - starts >= _LEAST_SATURATED
+        if not long.any():
             continue
-        least = max(
-            _LEAST_SATURATED, _longest_by_chance(finite[(finite != low) & (finite != high)], finite.size)
-        )
-        for start, end in zip(starts, ends, strict=True):
-            if end - start >= least:
+        least = _longest_by_chance(finite[(finite != low) & (finite != high)], finite.size)
+        steps = np.abs(np.diff(finite))
+        finest = float(steps[steps > 0].min())
+        for start, end in zip(starts[long].tolist(), ends[long].tolist(), strict=True):
+            if end - start >= least and not _turns(moving, start, end, finest):
                 found[onset + start : onset + end] = True
     return found
+
+
+def _turns(values: Floats, start: int, end: int, finest: float) -> bool:
+    """Whether a smooth curve turns at these equal rows: it leaves them by its finest step and ever more."""
+    sides = [values[max(start - _SIDE, 0) : start][::-1], values[end : end + _SIDE]]
+    away = [np.abs(side - values[start]) for side in sides if side.size]
+    return all(a[0] <= 1.5 * finest and bool((np.diff(a) >= 0).all()) for a in away)
 
 
 def stuck(values: Floats, other: Floats, onset: int) -> Mask:
