@@ -151,7 +151,7 @@ def test_the_budget_adds_up_and_its_sensitivities_are_differences_of_the_chain(n
     assert tuple(table.columns) == BUDGET_COLUMNS
     assert table["share"].sum() == pytest.approx(1.0, abs=1e-12)
     assert table["arm_share"].sum() == pytest.approx(1.0, abs=1e-12)
-    rows = table.set_index("source")
+    rows = table.set_index("source", verify_integrity=True)
     features, response, geometry = found.features[:, 2], chain.response, chain.geometry
 
     def result(coefficients, ds=0.0, dl=0.0, dm=(0.0, 0.0)):
@@ -248,3 +248,19 @@ def test_cells_one_millimetre_apart_have_a_wide_force_and_say_so():
     assert found.force_std_N[0] == pytest.approx(0.004 * np.sqrt(2) * 1000, rel=1e-12)
     assert (found.force_N - 30).std() == pytest.approx(found.force_std_N[0], rel=0.05)
     assert np.isfinite(found.arm_mm).mean() < 0.7
+
+
+def test_friction_taken_off_the_force_alone_is_no_source_of_the_arm():
+    chain = CHAINS["one rest, constants given"]
+    rig = Rig(chain.geometry, chain.response, START.noise_cov)
+    found = force_from_readings(READINGS, rig, chain.line, moving=MOVING, friction=FRICTION, per_cell=False)
+    last = np.array([False, False, True])
+    table = mean_budget(found, last).set_index("source")
+    assert table["share"].sum() == pytest.approx(1.0)
+    assert table["arm_share"].sum() == pytest.approx(1.0)
+    friction = table[table.index.str.startswith("friction")]
+    assert len(friction) == 4
+    assert (friction["share"] != 0).any()
+    assert (friction[["sensitivity_mm", "arm_share"]] == 0).all(axis=None)
+    # The arm is that of sand and friction together: its length's part is 0.5 mm of the stated deviation.
+    assert table.loc["lower_to_tip", "arm_share"] == pytest.approx((0.5 / found.arm_std_mm[2]) ** 2, rel=1e-6)

@@ -73,6 +73,26 @@ def test_the_loss_of_both_cells_is_common_and_noise_is_not_counted_as_loss():
     assert difference @ found @ difference == pytest.approx(0.5 * (3 * lost) ** 2, rel=0.25)
 
 
+def test_a_step_is_uncertain_where_it_is_and_not_elsewhere():
+    t = clock()
+    step = np.where(t > 20, 30.0, 0.0)
+    rng = np.random.default_rng(3)
+    noise = rng.normal(0, 0.01, (2, t.size))
+    moving = t > 5
+    found = smooth(t, both(step) + noise, 1.0)
+    cov, weight = found.lost_cov(moving, np.eye(2) * 1e-4), found.lost_weight(moving, np.eye(2) * 1e-4)
+    assert weight[moving].mean() == pytest.approx(1.0)
+    assert not weight[~moving].any()
+    std = np.sqrt(cov[0, 0] * weight)
+    error = np.abs(found.readings[0] - step)
+    # One row beside a step of 30 half of it is lost, of which a second pass tells a part: 30 / 2 x 0.1 to 1.
+    near = (np.abs(t - 20.3) < 0.02) | (np.abs(t - 19.7) < 0.02)
+    assert (std[near] > 0.1 * error[near]).all()
+    far = moving & (np.abs(t - 20) > 1)
+    # Far from it: no more than the noise that smoothing leaves, 0.01 x sqrt(0.021) = 0.0015, five times.
+    assert std[far].max() < 5 * 0.01 * np.sqrt(found.noise_share)
+
+
 def test_irregular_sampling_and_missing_values_neither_shift_nor_bias():
     rng = np.random.default_rng(2)
     t = clock() + rng.uniform(-0.4, 0.4, 4000) * STEP

@@ -234,7 +234,8 @@ def _calibration_rows(column: Floats, sources: Sources, *results: _Slopes) -> li
 def _coefficient_name(cell: str, powers: tuple[int, int]) -> str:
     own = powers[_CELLS.index(cell)]
     if sum(powers) > own:
-        return f"cross-talk, {cell} moment by the other cell's reading"
+        kind = "cross-talk" if sum(powers) == 1 else "cross-talk of second order"
+        return f"{kind}, {cell} moment by the other cell's reading"
     return f"calibration, {cell} cell" if own == 1 else f"second order of the calibration, {cell} cell"
 
 

@@ -177,7 +177,8 @@ def _shaved(
             f"smoothing leaves {100 * smoothed.noise_share**0.5:.3g} % of the noise and takes about "
             f"{(upper - lower) * geometry.per_Nm:.3g} N off the highest peak of {force[top]:.4g} N"
         )
-    return (Term("smoothing", slope @ cov @ slope.T, log.moving.astype(float), np.zeros(2)),)
+    weight = smoothed.lost_weight(log.advancing, zero.noise_cov)
+    return (Term("smoothing", slope @ cov @ slope.T, weight, np.zeros(2)),)
 
 
 def _filled(u_mm: Floats) -> Floats:

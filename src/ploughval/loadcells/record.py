@@ -35,7 +35,8 @@ class ForceArrays:
     """Result of :func:`force_from_readings`; all (N,), NaN where a reading was.
 
     ``small`` marks rows whose force is too small for a line of action. ``features`` (K, N) with friction
-    taken off and ``sources`` are what the uncertainties come from.
+    taken off and ``sources`` are what the force's uncertainty comes from, ``arm_features`` and
+    ``arm_sources`` that of the line of action: the same, unless friction is taken off the force alone.
     """
 
     force_N: Floats
@@ -47,6 +48,8 @@ class ForceArrays:
     small: NDArray[np.bool_]
     features: Floats
     sources: Sources
+    arm_features: Floats
+    arm_sources: Sources
 
 
 def force_from_readings(
@@ -109,20 +112,28 @@ def force_from_readings(
     for values in (arm_mm, arm_mm_std):
         values[small] = np.nan
     std_N[~np.isfinite(force_N)] = np.nan
-    return ForceArrays(force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources)
+    return ForceArrays(
+        force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources, arm_features, arm_sources
+    )
 
 
 def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
     """Budget of one sample at the mean load of the rows ``loaded`` (N,): see :func:`budget_table`."""
-    count = found.features.shape[0]
-    features = found.features[:, loaded].mean(axis=1) if loaded.any() else np.zeros(count)
+    table = _budget(found.features, found.sources, loaded)
+    if found.arm_sources is not found.sources:
+        arm = ["sensitivity_mm", "arm_share"]
+        own = _budget(found.arm_features, found.arm_sources, loaded).set_index("source")[arm]
+        table[arm] = own.reindex(table["source"], fill_value=0.0).to_numpy()
+    return table
+
+
+def _budget(features: Floats, sources: Sources, loaded: NDArray[np.bool_]) -> pd.DataFrame:
+    mean = features[:, loaded].mean(axis=1) if loaded.any() else np.zeros(features.shape[0])
     weights = {}
-    for term in found.sources.terms:
+    for term in sources.terms:
         some = np.broadcast_to(np.asarray(term.weight, float), loaded.shape)
-        weights[term.name] = (
-            float(some[loaded].mean()) if loaded.any() else float(some.mean() if some.size else 0)
-        )
-    return budget_table(features, weights, found.sources)
+        weights[term.name] = float(some[loaded if loaded.any() else slice(None)].mean()) if some.size else 0.0
+    return budget_table(mean, weights, sources)
 
 
 def _resultant(cells: Floats, geometry: CellGeometry) -> Floats:

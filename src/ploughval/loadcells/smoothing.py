@@ -44,6 +44,15 @@ class Smoothed:
             return np.zeros((2, 2))
         return positive(lost @ lost.T / lost.shape[1] - _LOST_NOISE * self.noise_share * noise_cov)
 
+    def lost_weight(self, moving: NDArray[np.bool_], noise_cov: Floats) -> Floats:
+        """Share (N,) of ``lost_cov`` that a row has: large at peaks and steps, of mean 1 over rows (N,)."""
+        noise = _LOST_NOISE * self.noise_share * float(np.trace(noise_cov))
+        square = np.maximum((self.lost**2).sum(axis=0) - noise, 0.0)
+        square = np.where(moving & np.isfinite(square), square, 0.0)
+        total = float(square.sum())
+        rows = int((moving & np.isfinite(self.lost).all(axis=0)).sum())
+        return np.asarray(square * (rows / total)) if total > 0 else square
+
 
 def unsmoothed(readings: Floats) -> Smoothed:
     """Readings as they are."""
