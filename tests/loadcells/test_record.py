@@ -151,7 +151,8 @@ def test_the_budget_adds_up_and_its_sensitivities_are_differences_of_the_chain(n
     assert tuple(table.columns) == BUDGET_COLUMNS
     assert table["share"].sum() == pytest.approx(1.0, abs=1e-12)
     assert table["arm_share"].sum() == pytest.approx(1.0, abs=1e-12)
-    rows = table.set_index("source", verify_integrity=True)
+    assert table["source"].is_unique
+    rows = table.set_index("source")
     features, response, geometry = found.features[:, 2], chain.response, chain.geometry
 
     def result(coefficients, ds=0.0, dl=0.0, dm=(0.0, 0.0)):

@@ -104,17 +104,13 @@ def force_from_readings(
     force_cells = response.coefficients @ net
     force_N = _resultant(force_cells, geometry)
     std_N = force_std(net, sources)
-    arm_features, arm_sources = (net, sources) if per_cell else (raw, Sources(always, response, geometry))
+    arm = (net, sources) if per_cell else (raw, Sources(always, response, geometry))
     arm_force, arm_lower = (force_N, force_cells[1]) if per_cell else (raw_N, raw_cells[1])
     arm_mm = line_of_action(arm_lower, arm_force, geometry.lower_to_tip_mm)
-    arm_mm_std = arm_std(arm_features, arm_sources)
+    arm_mm_std = arm_std(*arm)
     small = _small(arm_force, std_N)
-    for values in (arm_mm, arm_mm_std):
-        values[small] = np.nan
-    std_N[~np.isfinite(force_N)] = np.nan
-    return ForceArrays(
-        force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources, arm_features, arm_sources
-    )
+    arm_mm[small] = arm_mm_std[small] = std_N[~np.isfinite(force_N)] = np.nan
+    return ForceArrays(force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources, *arm)
 
 
 def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
