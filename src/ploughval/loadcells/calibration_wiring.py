@@ -29,7 +29,7 @@ def run_slopes(session: Session) -> Floats:
         rows = session.run == run
         m = session.moments[:, rows] - session.moments[:, rows].mean(axis=1, keepdims=True)
         power = (m**2).sum(axis=1)
-        told = power > 1e-6 * (session.moments**2).max(axis=1)
+        told = power > 1e-12 * (session.moments**2).max(axis=1)
         slopes[told, run] = (session.readings[told][:, rows] * m[told]).sum(axis=1) / power[told]
     return slopes
 
