@@ -37,6 +37,9 @@ class Window(Table):
         1.49, ge=1.0, le=3.0, allow_inf_nan=False, strict=True, description="refractive index; acrylic: 1.49"
     )
     distance_mm: Positive = Field(description="camera's lens to the outer face of the window, mm")
+    thickness_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the thickness, mm")
+    index_std: NotNegative = Field(0.0, description="standard uncertainty of the refractive index")
+    distance_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the distance, mm")
     points_on: Literal["outside", "inside"] = Field(
         description="face of the window on which scale, control points or board lie"
     )
@@ -54,7 +57,9 @@ class Camera(Table):
         description='CSV (file,time_s), "exif", "video" (as a video or GIF says), {start_s, interval_s}, or '
         "absent: times unknown",
     )
-    every: int = Field(1, ge=1, le=100_000, strict=True, description="each Nth picture is used, from the first")
+    every: int = Field(
+        1, ge=1, le=100_000, strict=True, description="each Nth picture is used, from the first"
+    )
     mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
     mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
     tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")

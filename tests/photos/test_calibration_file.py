@@ -86,7 +86,7 @@ def test_files_that_do_not_fit_are_refused_by_what_is_wrong(written, make_scene)
         ({"version": 2}, "version: got 2; expected 1"),
         ({"mm_per_px": "wide"}, "mm_per_px: got 'wide'"),
         ({"lens": {"k1": 0.0}}, "lens: got ['k1']"),
-        ({"spread": [[1.0]]}, "spread: got 1 rows; expected 13"),
+        ({"spread": [[1.0]]}, "spread: got 1 rows; expected 16"),
         ({"px_from_face": [[0.0] * 3] * 3}, "px_from_face: not a homography"),
         ({"more": 1}, "more: got 1"),
     ):

@@ -123,3 +123,23 @@ def test_the_foot_is_refused_where_no_camera_can_stand(cameras):
     matrix = np.array([[1.0, 0, 0], [0, -1.0, 0], [5e-2, 0, 1.0]])
     with pytest.raises(CalibrationError, match="distance_mm: got 5000"):
         foot_mm(matrix, np.array([1500.0, 1000.0]), 5000.0)
+
+
+@pytest.mark.parametrize("by", ["scale", "points"])
+def test_an_uncertain_distance_makes_the_scale_as_uncertain_as_the_window_enlarges(
+    make_scene, cameras, camera, by
+):
+    far = float(camera.place_mm[2] - THICKNESS)
+    pane = {"thickness_mm": THICKNESS, "distance_mm": far, "distance_std_mm": 16.0, "points_on": "outside"}
+    if by == "scale":
+        keys = {"mm_per_px": 0.08, "tip_px": [1499.5, 999.5]}
+    else:
+        mm = cameras.window_points(20)
+        px = camera.photograph(mm, camera.outside_mm)
+        keys = {"control_points": np.hstack([px, mm]).tolist(), "points_std_px": 1e-3}
+    found = calibrate(make_scene(**keys, window=pane), SimpleNamespace(shape=cameras.SHAPE))
+    enlarged = THICKNESS / (INDEX * far)
+    # the next term: 1 - 6 a r2 / D2 with a = (n2 - 1) / 2 n2, the tip being r from the foot
+    r = 0.0 if by == "scale" else np.hypot(*camera.place_mm[:2])
+    rest = 1 - 6 * (INDEX**2 - 1) / (2 * INDEX**2) * (r / far) ** 2
+    assert found.scale_std == pytest.approx(enlarged * 16.0 / far / (1 + enlarged) * rest, rel=0.01)

@@ -12,11 +12,11 @@ from ploughval.errors import CalibrationError, ConfigError, Fault
 from ploughval.photos.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.board import find_board
 from ploughval.photos.board_fit import fit_board
-from ploughval.photos.camera_fit import CameraFit, PointSet, TermTest, fit_camera
-from ploughval.photos.camera_model import CameraModel, spread_of
+from ploughval.photos.camera_fit import CameraFit, PointSet, TermTest, fit_camera, window_sources
+from ploughval.photos.camera_model import PARAMETERS, CameraModel, spread_of
 from ploughval.photos.frames import FrameSeries
 from ploughval.photos.lens import Lens
-from ploughval.scene import Camera, Scene
+from ploughval.scene import Camera, Scene, Window
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +46,7 @@ class Calibration:
         How it was found, for the report.
     direction : Direction
         The way the blade travels in the photograph.
-    spread : (13, K) float
+    spread : (16, K) float
         Changes of ``model.parameters`` by one standard deviation of K independent sources.
     std_px : float, px
         Standard uncertainty of a point's coordinate that ``spread`` stands for; NaN without points.
@@ -142,24 +142,17 @@ def _check_tip(scene: Scene, tip_px: tuple[float, float], shape: tuple[int, int]
 def _by_scale(camera: Camera, shape: tuple[int, int]) -> Calibration:
     if camera.mm_per_px is None or camera.tip_px is None:
         raise CalibrationError("mm_per_px and tip_px are both needed")
-    scale, (tip_x, tip_y) = camera.mm_per_px, camera.tip_px
-    inside = camera.window is not None and camera.window.points_on == "inside"
-    face_scale = scale
-    for _ in range(8 if inside else 1):  # until the sand, not the outer face, has the scale given
-        sx = face_scale * camera.direction.sign
-        matrix = np.array([[1 / sx, 0, tip_x], [0, -1 / face_scale, tip_y], [0, 0, 1]])
-        model = CameraModel.of(matrix, Lens.of_picture(shape), camera.window)
-        local = float(model.mm_per_px_at(np.array(camera.tip_px))) if camera.window else scale
-        face_scale *= scale / local
-    # the world begins at the tip as seen through the window
-    model = model.moved(model.to_mm(np.array(camera.tip_px))) if camera.window else model
-    relative = camera.mm_per_px_std / scale
-    spread = np.zeros((13, 1))
-    spread[[0, 1, 3, 4], 0] = relative * model.px_from_face[:2, :2].ravel()
+    model = _scaled_model(camera, shape, camera.window)
+    relative = camera.mm_per_px_std / camera.mm_per_px
+    by_scale = np.zeros(PARAMETERS)
+    by_scale[[0, 1, 3, 4]] = -relative * model.px_from_face[:2, :2].ravel()
+    others = window_sources(model, camera.window, lambda pane: _scaled_model(camera, shape, pane))
+    spread = np.stack([by_scale, *others], axis=-1)
+    scale, std = (camera.mm_per_px, relative) if camera.window is None else _scale(model, spread)
     return Calibration(
         model=model,
-        mm_per_px=local,
-        scale_std=relative,
+        mm_per_px=scale,
+        scale_std=std,
         residual_px=0.0,
         points=pd.DataFrame(np.empty((0, 6)), columns=list(POINT_COLUMNS)),
         method="scale and tip" + _behind(camera),
@@ -168,6 +161,21 @@ def _by_scale(camera: Camera, shape: tuple[int, int]) -> Calibration:
         std_px=float("nan"),
         shape=shape,
     )
+
+
+def _scaled_model(camera: Camera, shape: tuple[int, int], window: Window | None) -> CameraModel:
+    """A camera square to the window with the scale given for one of its faces, the world begun at the tip."""
+    assert camera.mm_per_px is not None
+    assert camera.tip_px is not None
+    scale, tip_px = camera.mm_per_px, np.array(camera.tip_px)
+    inside = window is not None and window.points_on == "inside"
+    for _ in range(8 if inside else 1):  # until the sand, not the outer face, has the scale given
+        sx = scale * camera.direction.sign
+        matrix = np.array([[1 / sx, 0, tip_px[0]], [0, -1 / scale, tip_px[1]], [0, 0, 1]])
+        model = CameraModel.of(matrix, Lens.of_picture(shape), window)
+        if inside:
+            scale *= camera.mm_per_px / float(model.mm_per_px_at(tip_px))
+    return model if window is None else model.moved(model.to_mm(tip_px))
 
 
 def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:

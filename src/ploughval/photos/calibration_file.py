@@ -12,7 +12,7 @@ from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, DataError
 from ploughval.photos.calibration import POINT_COLUMNS, Calibration
 from ploughval.photos.camera_fit import TermTest
-from ploughval.photos.camera_model import CameraModel
+from ploughval.photos.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.lens import TERMS, Lens
 from ploughval.scene import Window
 
@@ -47,7 +47,7 @@ def calibration_record(found: Calibration) -> dict[str, Any]:
     """A calibration as the contents of calibration.json: numbers, texts and lists only.
 
     Keys: version, photograph_px (width, height), direction, method, mm_per_px, scale_relative_std,
-    residual_px, point_std_px, px_from_face (3 x 3), lens (k1 to p2), window, spread (13 rows), points
+    residual_px, point_std_px, px_from_face (3 x 3), lens (k1 to p2), window, spread (16 rows), points
     (px_x, px_y, x_mm, y_mm and residuals), lens_tests (terms, p value, taken).
     """
     model = found.model
@@ -97,7 +97,7 @@ def read_calibration(path: Path, shape: tuple[int, int] | None = None) -> Calibr
         points=pd.DataFrame(np.array(held.points, float).reshape(-1, 6), columns=list(POINT_COLUMNS)),
         method=held.method,
         direction=held.direction,
-        spread=np.array(held.spread, float).reshape(13, -1),
+        spread=np.array(held.spread, float).reshape(PARAMETERS, -1),
         std_px=np.nan if held.point_std_px is None else held.point_std_px,
         shape=shape,
         tests=tuple(TermTest(*test) for test in held.lens_tests),
@@ -121,9 +121,9 @@ def _read(path: Path) -> _File:
         raise DataError(f"not readable as JSON: {error}. {_REMEDY}", path=path) from None
     if set(held.lens) != set(TERMS):
         raise DataError(f"lens: got {sorted(held.lens)}; expected {list(TERMS)}. {_REMEDY}", path=path)
-    if len(held.spread) != 13 or len({len(row) for row in held.spread}) != 1:
+    if len(held.spread) != PARAMETERS or len({len(row) for row in held.spread}) != 1:
         raise DataError(
-            f"spread: got {len(held.spread)} rows; expected 13 of one length. {_REMEDY}", path=path
+            f"spread: got {len(held.spread)} rows; expected {PARAMETERS} of one length. {_REMEDY}", path=path
         )
     if not abs(np.linalg.det(np.array(held.px_from_face))) > 0 or held.px_from_face[2][2] != 1:
         raise DataError(f"px_from_face: not a homography whose last entry is 1. {_REMEDY}", path=path)

@@ -4,6 +4,7 @@ Least squares of errors in px, all parameters together; a term of the lens is ta
 test says that it pays (docs/theory-calibration.md, section 3).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import CalibrationError
-from ploughval.photos.camera_model import CameraModel
+from ploughval.photos.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.homography import direct_projection, inverse, normaliser, project, refuse_fold
 from ploughval.photos.lens import TERMS, Lens, bend, bend_by_terms, bend_slope
 from ploughval.scene import Window
@@ -77,7 +78,7 @@ class CameraFit:
         Weighted sum of squared residuals; px^2 where no standard uncertainty is known.
     terms : tuple of int
         Terms of the lens that are fitted, by their place in ``TERMS``.
-    spread : (13, K) float
+    spread : (16, K) float
         Changes of ``model.parameters`` by one standard deviation of K independent sources.
     tests : tuple of TermTest
     std_px : float, px
@@ -142,7 +143,23 @@ def fit_camera(points: PointSet, window: Window | None = None) -> CameraFit:
             aside = [_left_out(fit, larger, points.std_px is not None) for _, larger in trials]
             break
         fit = trials[best][1]
-    return _with_std(fit, points, tuple(tests), np.stack([*aside, np.zeros(13)], axis=-1))
+    aside += window_sources(fit.model, window, lambda pane: fit_terms(points, fit.terms, pane).model)
+    return _with_std(fit, points, tuple(tests), np.array(aside).reshape(-1, PARAMETERS).T)
+
+
+def window_sources(
+    model: CameraModel, window: Window | None, found: Callable[[Window], CameraModel]
+) -> list[Array]:
+    """What one standard uncertainty of each number of the window changes, the camera found anew with it."""
+    if window is None:
+        return []
+    stds = {
+        "thickness_mm": window.thickness_std_mm,
+        "index": window.index_std,
+        "distance_mm": window.distance_std_mm,
+    }
+    changed = [window.model_copy(update={k: getattr(window, k) + std}) for k, std in stds.items() if std > 0]
+    return [found(pane).parameters - model.parameters for pane in changed]
 
 
 def fit_terms(points: PointSet, terms: Terms, window: Window | None = None) -> CameraFit:
@@ -232,10 +249,10 @@ def _slopes(values: Array, scaled: Array) -> Array:
 
 
 def _unscaled(spread: Array, matrix: Array, left: Array, right: Array) -> Array:
-    """Changes (13, K) of left @ matrix @ right over its last entry, and of the lens."""
+    """Changes (16, K) of left @ matrix @ right over its last entry, and of the lens."""
     whole = left @ matrix @ right
     last = whole[2, 2]
-    moved = spread.copy()
+    moved = np.vstack([spread, np.zeros((PARAMETERS - len(spread), spread.shape[1]))])
     for k, column in enumerate(spread.T):
         change = left @ np.append(column[:8], 0.0).reshape(3, 3) @ right
         moved[:8, k] = (change / last - whole * change[2, 2] / last**2).ravel()[:8]

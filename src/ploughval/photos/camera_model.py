@@ -14,6 +14,8 @@ from ploughval.scene import Window
 
 Array = NDArray[np.float64]
 
+PARAMETERS = 16
+WINDOW_NUMBERS = ("thickness_mm", "index", "distance_mm")
 _HALF_STEP_PX = 0.5
 _SMALL = 1e-3  # of a standard deviation, for derivatives by differences
 
@@ -53,13 +55,16 @@ class CameraModel:
 
     @property
     def parameters(self) -> Array:
-        """The first eight entries of the homography and the five terms of the lens, (13,)."""
-        return np.concatenate([self.px_from_face.ravel()[:8], self.lens.terms])
+        """First eight entries of the homography, five terms of the lens, :data:`WINDOW_NUMBERS`: (16,)."""
+        numbers = [0.0 if self.window is None else getattr(self.window, name) for name in WINDOW_NUMBERS]
+        return np.concatenate([self.px_from_face.ravel()[:8], self.lens.terms, numbers])
 
     def with_parameters(self, values: Array) -> "CameraModel":
         """The same set-up with other parameters."""
-        lens = Lens(self.lens.centre_px, self.lens.radius_px, values[8:])
-        return CameraModel.of(np.append(values[:8], 1.0).reshape(3, 3), lens, self.window)
+        lens = Lens(self.lens.centre_px, self.lens.radius_px, values[8:13])
+        numbers = dict(zip(WINDOW_NUMBERS, values[13:].tolist(), strict=True))
+        window = None if self.window is None else self.window.model_copy(update=numbers)
+        return CameraModel.of(np.append(values[:8], 1.0).reshape(3, 3), lens, window)
 
     def face_mm(self, px: Array) -> Array:
         """Places (..., 2) on the outer face of the window, mm, of places in the photograph, px."""
@@ -91,7 +96,7 @@ class CameraModel:
 
 
 def spread_of(function: Callable[[CameraModel], Array], model: CameraModel, spread: Array) -> Array:
-    """Changes of a result by one standard deviation of each source, (K, ...) for a spread (13, K)."""
+    """Changes of a result by one standard deviation of each source, (K, ...) for a spread (16, K)."""
     changes = [
         (
             function(model.with_parameters(model.parameters + _SMALL * column))
