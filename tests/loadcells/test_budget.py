@@ -1,5 +1,7 @@
 """First-order propagation against brute force: many draws of every source at once (JCGM 101:2008)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,6 +82,22 @@ def test_the_interval_holds_95_per_cent_however_few_the_empty_runs(count, noise_
         inside.append(abs(error[k]) <= 1.96 * force_std(features, given)[0])
     # Binomial scatter of 2000 draws: 0.5 %; three of those around 93 to 97 %.
     assert 0.915 <= np.mean(inside) <= 0.985
+
+
+@pytest.mark.parametrize("dof", [2, 5, 20])
+def test_the_interval_holds_95_per_cent_however_few_the_points_of_the_calibration(dof):
+    rng = np.random.default_rng(dof)
+    cells = cells_of(40.0, 12.0)
+    true_std = 0.004 * np.abs(GAIN)
+    inside = []
+    for error, spread in zip(rng.normal(size=(4000, 2)), rng.chisquare(dof, 4000) / dof, strict=True):
+        response = replace(CellResponse.constant(GAIN, true_std * np.sqrt(spread)), dof=float(dof))
+        moved = (GAIN + true_std * error) / GAIN  # of the moments that the same readings give
+        off = (cells[0] * moved[0] - cells[1] * moved[1] - cells[0] + cells[1]) * 1000 / SPACING
+        std = force_std(features_of(cells), Sources((), response, CellGeometry(SPACING, LOWER)))
+        inside.append(abs(off[0]) <= 1.96 * std[0])
+    # Student's: exactly 95 %; binomial scatter of 4000 draws 0.34 %, three of those.
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.0103)
 
 
 def test_a_source_counts_only_where_its_weight_says():

@@ -318,6 +318,15 @@ def test_a_second_rest_before_the_end_of_the_travel_is_refused(tmp_path):
         measure_force(drifting(tmp_path).scene(rest_end_s=[10.0, 12.0]))
 
 
+def test_a_log_that_starts_in_motion_takes_its_zeros_from_a_rest_after_it(tmp_path):
+    rig = Rig(tmp_path, after=5.0, friction=0.0)
+    rig.table[rig.table["time_s"] > REST + 1].to_csv(tmp_path / "loadcells.csv", index=False)
+    result = measure_force(rig.scene(rest_s=None, empty=[], rest_end_s=[24.5, 28.9]))
+    assert any("zero offsets taken from rest_end_s alone" in fault for fault in result.faults)
+    # 220 rows of 0.004 N m.
+    np.testing.assert_allclose(result.zero_Nm, rig.zeros, atol=5 * 0.004 / np.sqrt(220))
+
+
 def test_after_the_travel_friction_may_be_anything_and_that_is_stated(tmp_path):
     rig = Rig(tmp_path, after=5.0)  # unloaded at once, friction gone, which no one says
     result = measure_force(rig.scene())

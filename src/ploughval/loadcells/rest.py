@@ -1,5 +1,7 @@
 """Zeros of a test from its rest before motion, and from a second rest where one is given."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,10 +27,13 @@ def zero_at_rest(
         rest_s holds fewer than three usable rows.
     """
     rows, named = _rest_rows(cells, log, faults)
-    zero = zero_of(log.time_s[rows], log.readings[:, rows])
+    zero = _zero(log, rows)
     if zero is None and cells.rest_s is not None:
         raise _too_few(cells.rest_s, "rest_s", log)
-    if zero is None:
+    if zero is None and cells.rest_end_s is not None:
+        faults.append("no rest before motion: zero offsets taken from rest_end_s alone, without drift")
+        zero = replace(_second_rest(cells.rest_end_s, log), drift=np.zeros(2))
+    elif zero is None:
         faults.append("no rest before motion: zero offsets taken as 0, without uncertainty")
         zero = unknown_zero(log.readings)
     elif zero.drifts and cells.rest_end_s is None:
@@ -41,7 +46,7 @@ def zero_at_rest(
         faults.append("the displacement shows no motion: no friction taken off")
     still = log.u_mm[rows & np.isfinite(log.u_mm)]
     known = still if still.size else log.u_mm[np.isfinite(log.u_mm)][:1]
-    return with_resolution(zero, least_step(log.readings)), float(known.mean()) if known.size else 0.0
+    return zero, float(known.mean()) if known.size else 0.0
 
 
 def zeros_over(
@@ -55,10 +60,20 @@ def zeros_over(
         rest_end_s holds fewer than three usable rows, or begins before the blade has made its way.
     """
     window = cells.rest_end_s
-    if window is None or zero.rows == 0:
+    if window is None or zero.end_s >= window[0]:
         return zero_line(log.time_s, zero)
-    rows = (log.time_s >= window[0]) & (log.time_s <= window[1])
-    travelled = zero.end_s if log.motion is None else float(log.time_s[log.motion.steady_end - 1])
+    line = zero_line(log.time_s, zero, _second_rest(window, log))
+    drift = response.slopes(zero.mean * 0) @ line.total
+    faults.append(
+        f"from rest to rest the upper cell drifts by {drift[0]:.3g} N m, the lower by {drift[1]:.3g} N m: "
+        "taken off along a straight line"
+    )
+    return line
+
+
+def _second_rest(window: tuple[float, float], log: RunLog) -> Zero:
+    """Zeros of the cells unloaded again."""
+    travelled = -np.inf if log.motion is None else float(log.time_s[log.motion.steady_end - 1])
     if window[0] <= travelled:
         raise DataError(
             f"loadcells.rest_end_s = {list(window)} begins before the blade has made its way, at "
@@ -66,16 +81,17 @@ def zeros_over(
             "leave it out",
             path=log.name,
         )
-    end = zero_of(log.time_s[rows], log.readings[:, rows])
-    if end is None:
+    rows = (log.time_s >= window[0]) & (log.time_s <= window[1])
+    zero = _zero(log, rows)
+    if zero is None:
         raise _too_few(window, "rest_end_s", log)
-    line = zero_line(log.time_s, zero, with_resolution(end, least_step(log.readings)))
-    drift = response.slopes(zero.mean * 0) @ line.total
-    faults.append(
-        f"from rest to rest the upper cell drifts by {drift[0]:.3g} N m, the lower by {drift[1]:.3g} N m: "
-        "taken off along a straight line"
-    )
-    return line
+    return zero
+
+
+def _zero(log: RunLog, rows: NDArray[np.bool_]) -> Zero | None:
+    """Zeros of these rows (N,), with what the steps of the log hide."""
+    zero = zero_of(log.time_s[rows], log.readings[:, rows])
+    return None if zero is None else with_resolution(zero, least_step(log.readings))
 
 
 def _rest_rows(cells: LoadCells, log: RunLog, faults: list[str]) -> tuple[NDArray[np.bool_], str]:
