@@ -8,7 +8,7 @@ import pytest
 from ploughval.synth.discs import disc_cover
 
 
-@pytest.mark.parametrize(("centre", "radius"), [((4.2, 3.9), 2.5), ((10.5, 12.3), 0.4), ((20.1, 17.7), 9.3)])
+@pytest.mark.parametrize(("centre", "radius"), [((4.2, 3.9), 2.5), ((10.5, 12.3), 4.0), ((20.1, 17.7), 9.3)])
 def test_cover_adds_up_to_the_area_and_its_middle_is_the_centre(centre, radius):
     cover = disc_cover((30, 32), centre, radius)
     y, x = np.indices(cover.shape)

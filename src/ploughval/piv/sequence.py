@@ -10,9 +10,9 @@ from ploughval.piv.correlate import check_images, check_points, make_recipe
 from ploughval.piv.endings import ENDS, Before, name_failures
 from ploughval.piv.guess import Greys, flow_at
 from ploughval.piv.held import Current, Picture
+from ploughval.piv.movement import CameraMovement
 from ploughval.piv.references import RETRIES, References
 from ploughval.piv.state import FramePoints, State
-from ploughval.piv.steady import CameraMovement
 from ploughval.piv.subsets import Fit, Floats
 from ploughval.piv.windows import WHOLE
 from ploughval.scene import Piv
@@ -124,7 +124,7 @@ class Tracker:
             raise CorrelationError(f"the picture is {image.shape}; expected {extent} as in the first frame")
         self._frame += 1
         if camera is not None:
-            state.camera, state.camera_std = camera.shift_px, camera.std_px
+            state.camera = camera
         alive = np.flatnonzero(state.failures <= RETRIES)
         current = Current(Picture.taken(image, sand), self._recipe.spline)
         attempts = Attempts(state, self._references, current, alive, self._settings.zncc_min)
@@ -145,7 +145,8 @@ class Tracker:
         position[bad], std[bad] = np.nan, np.nan
         zncc = np.full(len(std), np.nan)
         zncc[alive] = fit.zncc[alive]
-        return FramePoints(position - state.camera, np.hypot(std, state.camera_std), zncc, fit.status)
+        placed = state.camera.at_first(position)
+        return FramePoints(placed, np.hypot(std, state.camera.std_at(placed)), zncc, fit.status)
 
     def _started(self) -> State:
         if self._state is None:
@@ -155,7 +156,7 @@ class Tracker:
     def _expected(self, alive: Index, picture: Picture) -> Floats:
         """Motion (N, 2) px since the last picture of use if points go on as before; flow at the start."""
         state = self._started()
-        by_camera = state.camera - state.camera_before
+        by_camera = state.camera.since(state.camera_before, state.position)
         expected = np.nan_to_num(state.motion) * (1 + state.missed) + by_camera
         new = alive[np.isnan(state.motion[alive, 0])]
         if new.size > len(alive) // 2:
@@ -173,7 +174,7 @@ class Tracker:
             state.missed, state.unused = state.missed + 1, state.unused + 1
             return
         presumed = np.nan_to_num(attempts.neighbour_motion(bad))
-        by_camera = state.camera - state.camera_before
+        by_camera = state.camera.since(state.camera_before, state.position[ok])
         state.motion[ok] = (position[ok] - state.position[ok] - by_camera) / (1 + state.missed)
         state.camera_before = state.camera
         state.position[ok] = state.last[ok] = position[ok]

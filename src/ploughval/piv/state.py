@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.piv.movement import UNMOVED, CameraMovement
 from ploughval.piv.subsets import Floats
 
 
@@ -47,7 +48,6 @@ class State:
     sand: NDArray[np.uint8]  # (H, W) of the last picture of use
     missed: int = 0  # frames skipped, or of no use, since `grey` was seen
     unused: int = 0  # pictures of no use since then
-    camera: Floats = field(default_factory=lambda: np.zeros(2))  # (2,) px, moved since the first picture
-    camera_before: Floats = field(default_factory=lambda: np.zeros(2))  # the same in the last one of use
-    camera_std: float = 0.0  # px
+    camera: CameraMovement = UNMOVED  # since the first picture
+    camera_before: CameraMovement = UNMOVED  # the same in the last one of use
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))

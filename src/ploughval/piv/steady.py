@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ploughval.axes import Status
 from ploughval.piv.guess import to_8bit
 from ploughval.piv.interpolate import TAIL, Planes, plain_planes, spline_coefficients
+from ploughval.piv.movement import CameraMovement
 from ploughval.piv.subsets import ALL_SEEN, Fit, Floats, Pair, Recipe, match
 
 TILES = 40
@@ -27,36 +28,6 @@ LEAST_SHARE = 0.4
 """Share of the patches that must agree."""
 KNOCK_PX = 0.3
 """A movement of more from one photograph to the next is the camera's; slower ones may be the sand's own."""
-
-
-@dataclass(frozen=True, slots=True)
-class CameraMovement:
-    """Where the camera looks, against the first photograph.
-
-    Attributes
-    ----------
-    shift_px : (2,) float
-        A still point at p in the first photograph stands at p + shift in this one: the sum of all knocks so
-        far, exactly zero without one.
-    std_px : float
-        Standard deviation of a coordinate of the shift.
-    drift_px : (2,) float
-        Movement of the patches besides, slow enough to be the sand's own; NaN where they do not tell.
-    turn_deg : float
-        Rotation, counter-clockwise as seen, that the patches show besides; NaN where not told.
-    zncc : float
-        Median correlation of the patches with the first photograph; NaN where none was compared.
-    """
-
-    shift_px: Floats
-    std_px: float
-    drift_px: Floats
-    turn_deg: float
-    zncc: float
-
-
-UNMOVED = CameraMovement(np.zeros(2), 0.0, np.zeros(2), 0.0, 1.0)
-"""A camera that stands as it did in the first photograph."""
 
 
 @dataclass(frozen=True, slots=True)
