@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.axes import Direction
 from ploughval.photos.board import BoardPoints
 from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera
 from ploughval.photos.camera_model import CameraModel
@@ -53,6 +54,15 @@ def _without_strays(points: PointSet, window: Window | None) -> tuple[CameraFit,
         points, kept = points.without(worst), np.delete(kept, worst)
         fit = fit_camera(points, window)
     return fit, points, kept
+
+
+def place_board(model: CameraModel, mm: Array, tip_px: Array, direction: Direction) -> Array:
+    """Board points (N, 2) in world mm: moved to the tip, turned so that travel is along the rows."""
+    tip, ahead, above = model.to_mm(tip_px + np.array([[0, 0], [direction.sign, 0], [0, -1.0]]))
+    along = (ahead - tip) / np.hypot(*(ahead - tip))
+    up = np.array([-along[1], along[0]])
+    up = up if up @ (above - tip) > 0 else -up
+    return np.asarray((mm - tip) @ np.column_stack([along, up]))
 
 
 def centre_offset_px(model: CameraModel, centres_mm: Array, radius_px: Array) -> Array:

@@ -1,7 +1,7 @@
 """From px to mm and back: scale and tip, control points, a board, or an earlier calibration; only here."""
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,83 +11,20 @@ from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, ConfigError, Fault
 from ploughval.photos.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.board import find_board
-from ploughval.photos.board_fit import fit_board
-from ploughval.photos.camera_fit import CameraFit, PointSet, TermTest, fit_camera, window_sources
-from ploughval.photos.camera_model import PARAMETERS, CameraModel, spread_of
+from ploughval.photos.board_fit import fit_board, place_board
+from ploughval.photos.calibration_file import read_calibration
+from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera, window_sources
+from ploughval.photos.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.frames import FrameSeries
 from ploughval.photos.lens import Lens
+from ploughval.photos.mapping import POINT_COLUMNS, Calibration, local_axes, scale_at_origin
 from ploughval.scene import Camera, Scene, Window
 
 log = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
-POINT_COLUMNS = ("px_x", "px_y", "x_mm", "y_mm", "residual_x_px", "residual_y_px")
 _POOR_PX = 2.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Calibration:
-    """Mapping between the photograph (px) and the world (mm).
-
-    Attributes
-    ----------
-    model : CameraModel
-        Refraction, projection and lens.
-    mm_per_px : float
-        Scale at the tip, mm per px (geometric mean of the two directions).
-    scale_std : float
-        Relative standard uncertainty of the scale at the tip.
-    residual_px : float
-        Root mean square distance between given and projected points, px; 0 without redundant points.
-    points : DataFrame
-        px_x, px_y, x_mm, y_mm, residual_x_px, residual_y_px (projected minus given); may be empty.
-    method : str
-        How it was found, for the report.
-    direction : Direction
-        The way the blade travels in the photograph.
-    spread : (16, K) float
-        Changes of ``model.parameters`` by one standard deviation of K independent sources.
-    std_px : float, px
-        Standard uncertainty of a point's coordinate that ``spread`` stands for; NaN without points.
-    shape : (H, W), px
-        Size of the photographs.
-    tests : tuple of TermTest
-        Which terms of the lens were tried, and whether they pay.
-    """
-
-    model: CameraModel
-    mm_per_px: float
-    scale_std: float
-    residual_px: float
-    points: pd.DataFrame
-    method: str
-    direction: Direction
-    spread: Array
-    std_px: float
-    shape: tuple[int, int]
-    tests: tuple[TermTest, ...] = ()
-
-    def to_mm(self, px: Array) -> Array:
-        """World coordinates (..., 2), mm, of image points (..., 2), px."""
-        return self.model.to_mm(px)
-
-    def to_px(self, mm: Array) -> Array:
-        """Image coordinates (..., 2), px, of world points (..., 2), mm."""
-        return self.model.to_px(mm)
-
-    def mm_per_px_at(self, px: Array) -> Array:
-        """Local scale (...), mm per px, at image points (..., 2), px: geometric mean of the directions."""
-        return self.model.mm_per_px_at(px)
-
-    def std_mm(self, px: Array) -> Array:
-        """Standard uncertainty (..., 2), mm, that the calibration gives to x and y at image points, px.
-
-        What reading a place in the photograph adds is not in it.
-        """
-        px = np.asarray(px, float)
-        changes = spread_of(lambda model: model.to_mm(px), self.model, self.spread)
-        return np.asarray(np.sqrt(np.sum(changes**2, axis=0)))
 
 
 def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
@@ -148,7 +85,7 @@ def _by_scale(camera: Camera, shape: tuple[int, int]) -> Calibration:
     by_scale[[0, 1, 3, 4]] = -relative * model.px_from_face[:2, :2].ravel()
     others = window_sources(model, camera.window, lambda pane: _scaled_model(camera, shape, pane))
     spread = np.stack([by_scale, *others], axis=-1)
-    scale, std = (camera.mm_per_px, relative) if camera.window is None else _scale(model, spread)
+    scale, std = (camera.mm_per_px, relative) if camera.window is None else scale_at_origin(model, spread)
     return Calibration(
         model=model,
         mm_per_px=scale,
@@ -214,26 +151,15 @@ def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibrati
     found = find_board(scene.path(camera.board.picture), camera.board, shape)
     first, points = fit_board(found, _point_set(found.px, found.mm, camera, shape), camera.window)
     tip_px = np.array(camera.tip_px)
-    points = points.with_mm(_place_board(first.model, points.mm, tip_px, camera.direction))
+    points = points.with_mm(place_board(first.model, points.mm, tip_px, camera.direction))
     lost = len(found.px) - len(points.px)
     stray = f", {lost} more left out that do not lie on it" if lost else ""
     kind = f"{len(points.px)} points of a {camera.board.kind} board{stray}, origin at tip_px"
     return _from_fit(fit_camera(points, camera.window), points, kind, camera)
 
 
-def _place_board(model: CameraModel, mm: Array, tip_px: Array, direction: Direction) -> Array:
-    """Board points (N, 2) in world mm: moved to the tip, turned so that travel is along the rows."""
-    tip, ahead, above = model.to_mm(tip_px + np.array([[0, 0], [direction.sign, 0], [0, -1.0]]))
-    along = (ahead - tip) / np.hypot(*(ahead - tip))
-    up = np.array([-along[1], along[0]])
-    up = up if up @ (above - tip) > 0 else -up
-    return np.asarray((mm - tip) @ np.column_stack([along, up]))
-
-
 def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
     """The calibration of another test of the same set-up, its origin moved to this test's tip."""
-    from ploughval.photos.calibration_file import read_calibration
-
     assert camera.calibration is not None
     path = scene.path(camera.calibration)
     found = read_calibration(path, shape)
@@ -250,30 +176,12 @@ def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibratio
     method = f"{found.method}; taken from {camera.calibration}"
     if camera.tip_px is None:
         return replace(found, method=method)
-    origin = found.to_mm(np.array(camera.tip_px))
-    model = found.model.moved(origin)
-    spread = np.stack(
-        [
-            (_moved(found, column, origin) - _moved(found, -column, origin)) / 2 / _SMALL
-            for column in _SMALL * found.spread.T
-        ],
-        axis=-1,
-    )
-    points = found.points.assign(x_mm=found.points["x_mm"] - origin[0], y_mm=found.points["y_mm"] - origin[1])
-    moved = replace(found, model=model, spread=spread, points=points, method=f"{method}, origin at tip_px")
-    scale, std = _scale(model, spread)
-    return replace(moved, mm_per_px=scale, scale_std=std)
-
-
-_SMALL = 1e-3  # of a standard deviation, for derivatives by differences
-
-
-def _moved(found: Calibration, change: Array, origin_mm: Array) -> Array:
-    return found.model.with_parameters(found.model.parameters + change).moved(origin_mm).parameters
+    moved = found.with_origin(found.to_mm(np.array(camera.tip_px)))
+    return replace(moved, method=f"{method}, origin at tip_px")
 
 
 def _from_fit(fit: CameraFit, points: PointSet, through: str, camera: Camera) -> Calibration:
-    local = _local_axes(fit.model)
+    local = local_axes(fit.model)
     up = np.degrees(np.arctan2(local[0, 1], -local[1, 1]))
     if abs(up) > 45:
         raise CalibrationError(
@@ -281,7 +189,7 @@ def _from_fit(fit: CameraFit, points: PointSet, through: str, camera: Camera) ->
             "Check the signs and the order of x_mm and y_mm (y is up, image y is down); "
             "turned photographs must be turned back."
         )
-    scale, scale_std = _scale(fit.model, fit.spread)
+    scale, scale_std = scale_at_origin(fit.model, fit.spread)
     table = np.hstack([points.px, points.mm, fit.residual_px])
     precision = f"{fit.std_px:.2g} px a coordinate, {fit.std_source}"
     return Calibration(
@@ -314,20 +222,6 @@ def _behind(camera: Camera) -> str:
         return ""
     pane = f"{w.thickness_mm:g} mm (index {w.index:g}, {w.distance_mm:g} mm away)"
     return f" on the {w.points_on} of a window of {pane}"
-
-
-def _scale(model: CameraModel, spread: Array) -> tuple[float, float]:
-    """Scale at the world's origin, mm per px, and its relative standard uncertainty."""
-    tip_px = model.to_px(np.zeros(2))
-    changes = spread_of(lambda other: np.log(other.mm_per_px_at(other.to_px(np.zeros(2)))), model, spread)
-    return float(model.mm_per_px_at(tip_px)), float(np.sqrt(np.sum(changes**2)))
-
-
-def _local_axes(model: CameraModel) -> Array:
-    """Derivative (2, 2) of px by mm at the world's origin: rows x, y in px; columns x, y in mm."""
-    step = 0.5 * float(model.mm_per_px_at(model.to_px(np.zeros(2))))
-    ends = model.to_px(step * np.array([[1.0, 0], [-1, 0], [0, 1], [0, -1]]))
-    return np.asarray(np.stack([ends[0] - ends[1], ends[2] - ends[3]], axis=-1) / (2 * step))
 
 
 def _check_view(calibration: Calibration, camera: Camera, shape: tuple[int, int]) -> None:

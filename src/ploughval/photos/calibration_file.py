@@ -10,10 +10,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, DataError
-from ploughval.photos.calibration import POINT_COLUMNS, Calibration
 from ploughval.photos.camera_fit import TermTest
 from ploughval.photos.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.lens import TERMS, Lens
+from ploughval.photos.mapping import POINT_COLUMNS, Calibration
 from ploughval.scene import Window
 
 VERSION = 1
