@@ -101,6 +101,15 @@ def test_a_copy_is_left_out_by_bytes_and_name(make_scene, write_photos, tmp_path
     assert "IMG_2 (2).png" in caplog.text
 
 
+def test_a_copy_of_any_name_is_left_out_where_exif_gives_both_one_time(make_scene, tmp_path):
+    for number, name in enumerate(["a", "b", "c"]):
+        write_jpeg(tmp_path / "photos" / f"{name}.jpg", f"2024:05:01 10:00:{2 * number:02d}", number)
+    (tmp_path / "photos" / "best.jpg").write_bytes((tmp_path / "photos" / "b.jpg").read_bytes())
+    series = open_frames(make_scene(times="exif"))
+    assert numbers(series) == [0, 1, 2]
+    assert series.notes == ("a copy of another photograph, left out: best.jpg",)
+
+
 def test_a_name_like_that_of_a_copy_is_a_photograph_where_its_bytes_differ(make_scene, write_photos):
     write_photos(["IMG_1.png", "IMG_1 (2).png"])
     assert len(open_frames(make_scene())) == 2

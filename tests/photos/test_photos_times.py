@@ -12,6 +12,7 @@ from ploughval.photos.exif import ExifTime
 from ploughval.photos.exif_times import exif_times
 from ploughval.photos.times import gaps, interval_times, refuse_doubled
 from ploughval.photos.times_table import table_times
+from ploughval.photos.whole_seconds import JITTER
 
 PATHS = [Path(f"photos/{k}.jpg") for k in range(6)]
 
@@ -150,7 +151,7 @@ def test_two_photographs_a_second_are_told_apart_by_their_interval():
     np.testing.assert_allclose(result.std_s, 0.25 / np.sqrt(3), rtol=0.35)
     assert "6 photographs share theirs" in result.notes[0]
     # closest: photographs 1 and 10 are more than 4 s apart; widest: 0 and 11 less than 6 s
-    assert f"({4 / 9:.4g} to {6 / 11:.4g} s)" in result.notes[0]
+    assert f"({4 / (9 + 2 * JITTER):.4g} to {6 / (11 - 2 * JITTER):.4g} s)" in result.notes[0]
 
 
 def test_a_clock_that_stands_still_for_a_while_costs_those_photographs_alone():
@@ -168,6 +169,20 @@ def test_the_second_of_a_pair_with_one_time_is_named():
     assert result.faults == {
         3: "holds the same time as 2.jpg: a copy of it, or taken within the clock's resolution"
     }
+
+
+def test_one_copy_among_photographs_a_second_apart_is_no_shorter_interval():
+    paths = [Path(f"{k}.jpg") for k in range(13)]
+    result = exif_times(exif(0, 1, 2, 3, 4, 4, 5, 6, 7, 8, 9, 10, 11), paths)
+    assert list(result.faults) == [5]
+    np.testing.assert_array_equal(np.delete(result.time_s, 5), np.arange(12.0))
+
+
+def test_a_second_that_is_shared_and_one_that_is_passed_over_are_a_steady_series():
+    paths = [Path(f"{k}.jpg") for k in range(12)]
+    result = exif_times(exif(0, 1, 2, 3, 4, 4, 6, 7, 8, 9, 10, 11), paths)  # 4.0, 4.98, 6.02
+    assert result.faults == {}
+    np.testing.assert_allclose(np.diff(result.time_s), 1.0, atol=0.02)
 
 
 def test_a_series_of_shared_times_that_nothing_explains_is_refused():

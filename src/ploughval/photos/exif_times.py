@@ -155,11 +155,15 @@ def _explained(
     if (np.diff(stamps[known]) < 0).any():
         return None
     steady = steady_times(stamps[known], known)
+    sharing = len(known) - len(np.unique(stamps[known]))
     if steady is None:
+        return None
+    # one copy in a series of whole seconds makes an interval that is shorter by its share
+    off_whole = abs(steady.interval_s - round(steady.interval_s)) * (len(known) - 1)
+    if sharing == 1 and off_whole > 0.5:
         return None
     time_s, uncertain = stamps.copy(), std_s.copy()
     time_s[known], uncertain[known] = steady.time_s, steady.std_s
-    sharing = len(known) - len(np.unique(stamps[known]))
     note = (
         f"the camera tells whole seconds, and {sharing} photographs share theirs with the one before; a "
         f"constant interval of {steady.interval_s:.4g} s ({steady.least_s:.4g} to {steady.most_s:.4g} s) "

@@ -101,6 +101,8 @@ def _files(scene: Scene, camera: Camera) -> tuple[list[Path], list[str]]:
     files.sort(key=lambda p: (order.natural_key(p.relative_to(scene.folder).as_posix()), p.name))
     for group in same_files(files):
         copies = [p for p in group if any(is_copy_of(p, other) for other in group)]
+        if camera.times == "exif":  # no two exposures of one time have the same bytes
+            copies += [p for p in group if p not in copies][1:]
         notes += [f"a copy of another photograph, left out: {p.name}" for p in copies]
         files = [p for p in files if p not in copies]
         places = [files.index(p) for p in group if p in files]
