@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.errors import CalibrationError, ConfigError, DataError
+from ploughval.errors import CalibrationError, ConfigError, DataError, PloughvalError
 from ploughval.loadcells.calibration import RESULT_COLUMNS, calibrate_cells
 from ploughval.run.provenance import input_digests
 from ploughval.scene import load_scene
@@ -302,3 +302,30 @@ def test_text_for_a_number_is_named_with_file_and_line(tmp_path):
     made[0].loc[3, "load_N"] = "thirty"
     with pytest.raises(DataError, match=r"cells-1.csv.*line 5: load_N is 'thirty'; expected a number"):
         calibrated(tmp_path, made)
+
+
+def test_spoiled_tables_are_read_or_refused_but_never_break_anything(tmp_path):
+    rng = np.random.default_rng(20)
+    tokens = ["1e300", "-1e15", "inf", "nan", "", "abc", ";", ",", "\n", '"', "\0", "é", "9" * 40, "down"]
+    written = [t.to_csv(index=False) for t in tables(arms=(0, 100))]
+    (tmp_path / "calibration").mkdir()
+    (tmp_path / "loadcells.csv").write_text("time_s\n0\n")
+    (tmp_path / "test.toml").write_text(HEAD + 'files = ["calibration/*.csv"]')
+    outcomes = set()
+    for _ in range(150):
+        for k, text in enumerate(written):
+            place = int(rng.integers(40, len(text)))
+            spoiled = (
+                text[:place] + tokens[rng.integers(len(tokens))] + text[place + int(rng.integers(0, 4)) :]
+            )
+            (tmp_path / f"calibration/cells-{k}.csv").write_text(spoiled)
+        try:
+            response = calibrate_cells(load_scene(tmp_path)).response
+        except PloughvalError as error:
+            outcomes.add(type(error).__name__)
+        else:
+            outcomes.add("read")
+            assert np.isfinite(response.coefficients).all()
+            assert np.isfinite(response.cov).all()
+    assert outcomes >= {"read", "DataError"}
+    assert outcomes <= {"read", "DataError", "CalibrationError"}

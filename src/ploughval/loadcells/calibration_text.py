@@ -13,6 +13,7 @@ from ploughval.loadcells.log_names import Wanted, matches
 from ploughval.loadcells.text_bytes import TextBytes, look_through
 from ploughval.loadcells.text_dialect import Dialect, find_dialect, split_line
 
+_LARGEST = 1e15
 _BLANK = frozenset({"", "nan", "na", "n/a", "-", "--"})
 
 
@@ -43,7 +44,7 @@ class Columns:
         Raises
         ------
         DataError
-            A field holds text.
+            A field holds text or a number that nothing can be.
         """
         if name not in self.text:
             return np.full(len(self.text), np.nan)
@@ -51,11 +52,13 @@ class Columns:
             self.text[name].str.replace(",", ".", regex=False) if self.decimal == "," else self.text[name]
         )
         values = pd.to_numeric(fields, errors="coerce").to_numpy(dtype=np.float64)
-        odd = ~np.isfinite(values) & ~fields.str.casefold().isin(_BLANK).to_numpy()
+        odd = ~(np.abs(values) <= _LARGEST) & ~fields.str.casefold().isin(_BLANK).to_numpy()
         if odd.any():
             k = int(np.flatnonzero(odd)[0])
+            limit = f" of at most {_LARGEST:g}" if np.isfinite(values[k]) else ""
             raise DataError(
-                f"line {self.line[k]}: {name} is {self.text[name].iloc[k]!r}; expected a number", path=path
+                f"line {self.line[k]}: {name} is {self.text[name].iloc[k]!r}; expected a number{limit}",
+                path=path,
             )
         return values
 
