@@ -214,6 +214,8 @@ def test_masses_and_moments_are_the_same_calibration(tmp_path):
     c = calibrated(tmp_path / "c", moments)
     np.testing.assert_allclose(b.response.coefficients, a.response.coefficients, rtol=1e-9)
     np.testing.assert_allclose(c.response.coefficients, a.response.coefficients, rtol=1e-9)
+    assert said(b, "masses became loads with g = 9.81 m/s^2")
+    assert not said(a, "masses")
     assert a.response.by_spacing.any()
     assert not c.response.by_spacing.any()
 

@@ -125,6 +125,8 @@ def doubts(session: Session, fitted: ResponseFit, used: pd.DataFrame, cells: Loa
         faults.append(f"the runs' sensitivities differ by {shown:.2g} % (standard deviation): counted in")
     if not ((session.moments == 0).all(axis=0)).any():
         faults.append("no unloaded row: the zeros of the calibration are extrapolated")
+    if used["from_mass"].any():
+        faults.append(f"masses became loads with g = {cells.calibration.g_m_s2:g} m/s^2")
     if not (used["load_std_N"] > 0).any() and not used["moment_given"].all():
         faults.append("no load_std_N: the weights are taken as exact")
     return faults

@@ -27,7 +27,7 @@ def read_staircase(path: Path, given: Staircase, columns: LogColumns) -> pd.Data
     Returns
     -------
     DataFrame
-        calibration_table.POINT_COLUMNS; ``row`` is the first row of the log that was used, from 0 after the
+        As from calibration_table.read_table; ``row`` is the first row of the log that was used, from 0 after the
         headers, ``line`` its line in the file.
 
     Raises
@@ -60,4 +60,5 @@ def read_staircase(path: Path, given: Staircase, columns: LogColumns) -> pd.Data
         arm_std_mm=given.arm_std_mm,
         run="",
         direction="",
+        from_mass=False,
     )

@@ -47,7 +47,8 @@ def read_table(path: Path, name: str, *, g_m_s2: float) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        POINT_COLUMNS without moments where load and arm were given; ``row`` counts from 0 after the headers.
+        POINT_COLUMNS without moments where load and arm were given, and ``from_mass``, whether the load is that
+        of a mass; ``row`` counts from 0 after the headers.
 
     Raises
     ------
@@ -58,9 +59,8 @@ def read_table(path: Path, name: str, *, g_m_s2: float) -> pd.DataFrame:
     columns = read_columns(path, names, frozenset(_NUMERIC))
     _check_columns(columns, path)
     values = {key: columns.numbers(key, path) for key in _NUMERIC}
-    load = values["load_N"]
-    if "load_N" not in columns.text:
-        load = values["mass_kg"] * g_m_s2
+    weighed = "load_N" not in columns.text
+    load = values["mass_kg"] * g_m_s2 if weighed else values["load_N"]
     direction = [word.casefold() for word in columns.words("direction")]
     odd = next((k for k, word in enumerate(direction) if word not in _DIRECTIONS), None)
     if odd is not None:
@@ -77,6 +77,7 @@ def read_table(path: Path, name: str, *, g_m_s2: float) -> pd.DataFrame:
         direction=direction,
         load_std_N=np.nan_to_num(values["load_std_N"]),
         arm_std_mm=np.nan_to_num(values["arm_std_mm"]),
+        from_mass=weighed & np.isfinite(load),
     )
 
 
