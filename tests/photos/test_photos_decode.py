@@ -343,3 +343,40 @@ def test_a_jpeg_of_12_bits_is_refused_by_name(tmp_path):
     (tmp_path / "a.jpg").write_bytes(data)
     with pytest.raises(DataError, match="expected 8 bits a sample"):
         decode(tmp_path / "a.jpg")
+
+
+def write_png(path, head, data):
+    """A PNG from its header (width, height, bits, colours, 0, 0, interlaced) and its filtered rows."""
+    chunks = (b"IHDR", struct.pack(">IIBBBBB", *head)), (b"IDAT", zlib.compress(data)), (b"IEND", b"")
+    packed = [struct.pack(">I", len(b)) + n + b + struct.pack(">I", zlib.crc32(n + b)) for n, b in chunks]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(packed))
+
+
+def write_interlaced(path, samples):
+    """A PNG whose rows come in the seven passes of Adam7 (PNG specification, section 8)."""
+    data = b""
+    for y, x, down, across in (
+        (0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2), (0, 1, 2, 2), (1, 0, 2, 1),
+    ):  # fmt: skip
+        for line in samples[y::down, x::across] if samples[y::down, x::across].size else ():
+            data += b"\0" + line.astype(line.dtype.newbyteorder(">")).tobytes()
+    height, width = samples.shape[:2]
+    write_png(path, (width, height, 8 * samples.itemsize, 2 if samples.ndim == 3 else 0, 0, 0, 1), data)
+
+
+@pytest.mark.parametrize("samples", [COLOUR, COLOUR_16, GREY_16, COLOUR[..., 0]])
+def test_interlaced_png_keeps_its_samples(tmp_path, samples):
+    write_interlaced(tmp_path / "a.png", samples)
+    wanted = samples[..., 1] if samples.ndim == 3 else samples
+    np.testing.assert_array_equal(decode(tmp_path / "a.png", channel="green"), wanted)
+    assert read_header(tmp_path / "a.png").bits == 8 * samples.itemsize
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4])
+def test_png_of_few_bits_spans_the_scale(tmp_path, bits):
+    levels = RNG.integers(0, 1 << bits, (20, 32))
+    digits = (levels[..., None] >> np.arange(bits)[::-1]) & 1
+    rows = np.packbits(digits.reshape(20, -1).astype(np.uint8), axis=1)
+    data = b"".join(b"\0" + row.tobytes() for row in rows)
+    write_png(tmp_path / "a.png", (32, 20, bits, 0, 0, 0, 0), data)
+    np.testing.assert_array_equal(decode(tmp_path / "a.png"), levels * (255 // ((1 << bits) - 1)))

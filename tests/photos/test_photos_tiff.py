@@ -204,3 +204,14 @@ def test_pages_of_different_size_are_refused(tmp_path):
         tiff.write(GREY_8[::2])
     with pytest.raises(DataError, match=r"page 1 has \(19, 52\) rows and columns, page 0 has \(37, 52\)"):
         read_header(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_orientation_does_not_turn_what_libtiff_decodes(tmp_path, orientation):
+    ramp = np.add.outer(np.arange(HEIGHT), 3 * np.arange(WIDTH)).astype(np.uint8)
+    tags = {274: orientation}
+    Image.fromarray(ramp).save(tmp_path / "a.tif", compression="jpeg", quality=100, tiffinfo=tags)
+    Image.fromarray(GREY_8 > 128).save(tmp_path / "b.tif", compression="group4", tiffinfo=tags)
+    assert read_header(tmp_path / "a.tif").tags.orientation == orientation
+    assert np.abs(decode(tmp_path / "a.tif").astype(int) - ramp).max() <= 1
+    np.testing.assert_array_equal(decode(tmp_path / "b.tif"), (GREY_8 > 128) * 255)
