@@ -105,6 +105,15 @@ def test_a_force_where_no_sand_is_stays_as_logged_and_is_said():
     high = true_moments(np.array([30.0]), 120.0, GEOMETRY)
     assert wiring_of(log(high[:, 0]), [], ONE, GEOMETRY, 30.0, faults) is AS_LOGGED
     assert "30 N and acts 120 mm above the tip" in faults[0]
+    assert "no other order or sign" in faults[0]
+
+
+def test_what_more_than_one_wiring_explains_stays_as_logged_and_is_said():
+    faults = []
+    low = CellGeometry(50.0, 100.0)  # cells at 100 and 150 mm, a blade of 100 mm: above and within its heap
+    true = true_moments(np.array([30.0]), 33.0, low)
+    assert wiring_of(log(-true[:, 0]), [], ONE, low, 100.0, faults) is AS_LOGGED
+    assert "more than one other order or sign" in faults[0]
 
 
 def test_a_tiny_force_tells_nothing():

@@ -81,15 +81,23 @@ def recognise(
     Wiring or None
         As logged where that is possible. None where no way is possible, or more than one.
     """
+    possible = _possible(readings, response, geometry, depth_mm)
+    if possible and not possible[0].words:
+        return AS_LOGGED
+    return possible[0] if len(possible) == 1 else None
+
+
+def _possible(
+    readings: Floats, response: CellResponse, geometry: CellGeometry, depth_mm: float
+) -> list[Wiring]:
+    """Every way of wiring under which the force is where sand can be; as logged first."""
     possible = []
     for swapped, signs in product((False, True), ((1, 1), (-1, -1), (-1, 1), (1, -1))):
         wiring = Wiring(swapped, signs, _WORDS.get((swapped, signs), ""))
         force, arm = mean_action(response.moments(wiring.apply(readings)), geometry)
         if force > 0 and LOWEST_DEPTHS * depth_mm <= arm <= HIGHEST_DEPTHS * depth_mm:
             possible.append(wiring)
-    if possible and not possible[0].words:
-        return AS_LOGGED
-    return possible[0] if len(possible) == 1 else None
+    return possible
 
 
 def wiring_of(
@@ -135,10 +143,12 @@ def wiring_of(
         return AS_LOGGED
     wiring = recognise(net, response, geometry, depth_mm)
     if wiring is None:
+        several = len(_possible(net, response, geometry, depth_mm)) > 1
+        ways = "more than one other order or sign" if several else "no other order or sign"
         faults.append(
-            f"the mean force is {force:.4g} N and acts {arm:.4g} mm above the tip, where no sand is, and no "
-            "other order or sign of the cells explains it: check spacing_mm, lower_to_tip_mm, the columns "
-            "and the calibration"
+            f"the mean force is {force:.4g} N and acts {arm:.4g} mm above the tip, where no sand can press "
+            f"on the blade, and {ways} of the cells explains it: check spacing_mm, lower_to_tip_mm, the "
+            "columns and the calibration"
         )
         return AS_LOGGED
     if wiring.words:
