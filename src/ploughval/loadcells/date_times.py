@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,55 +9,33 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
+from ploughval.loadcells.stamp_fields import Fields, read_fields
 
 Stamps = NDArray[np.datetime64]
 
-_DATE = r"(?P<a>\d{1,4})(?P<s>[./-])(?P<b>\d{1,2}|[A-Za-z]{3,9})(?P=s)(?P<c>\d{2,4})"
-_TIME = r"(?P<H>\d{1,2}):(?P<M>\d{2})(?P<S>:\d{2}(?P<f>[.,]\d+)?)?(?P<ap> ?[AaPp][Mm])?"
-_DATE_TIME = re.compile(rf"{_DATE}(?:(?P<join>[T ,_]\s*){_TIME}(?P<z> ?(?:Z|[+-]\d\d:?\d\d))?)?")
-_TIME_OF_DAY = re.compile(r"(?:\d+:)?\d{1,2}:\d{2}(?P<f>[.,]\d+)?(?P<ap> ?[AaPp][Mm])?")
+_DATE = r"(?P<a>\d{1,4})(?P<sign>[./-])(?P<b>\d{1,2}|[A-Za-z]{3,9})(?P=sign)(?P<c>\d{4}|\d{1,2})"
+_END = r"(?P<ap> ?[AaPp][Mm])?"
+_TIME = rf"(?P<H>\d{{1,2}}):(?P<M>\d{{2}})(?::(?P<S>\d{{2}})(?:[.,](?P<f>\d+))?)?{_END}"
+_DATE_TIME = re.compile(rf"\s*{_DATE}(?:[T ,_]\s*{_TIME}(?P<z> ?(?:Z|[+-]\d\d:?\d\d))?)?\s*")
+_TIME_OF_DAY = re.compile(
+    rf"\s*(?:(?P<H>\d{{1,5}}):)?(?P<M>\d{{1,2}}):(?P<S>\d{{2}})(?:[.,](?P<f>\d+))?{_END}\s*"
+)
 _KNOWN = (
     "2026-11-27 10:15:03.25, 27.11.2026 10:15:03,25, 11/27/2026 10:15:03 AM or 10:15:03.25 "
     "(a date may stand in a column of its own: columns.date)"
 )
 _ORDERS = {"dd/mm": True, "d/m": True, "mm/dd": False, "m/d": False}
-
-
-@dataclass(frozen=True, slots=True)
-class _Form:
-    """How date-times are written: the parts in their order, with what stands between them."""
-
-    year_first: bool
-    short_year: bool
-    sign: str
-    month: str  # %m, %b or %B
-    join: str
-    twelve: bool
-    zone: bool
-
-    def formats(self, *, day_first: bool) -> list[str]:
-        """Formats for strptime, with and without fractions and seconds."""
-        year = "%y" if self.short_year else "%Y"
-        parts = [year, self.month, "%d"] if self.year_first else ["%d", self.month, year]
-        if not self.year_first and not day_first:
-            parts = [self.month, "%d", year]
-        date = self.sign.join(parts)
-        if not self.join:
-            return [date]
-        hour, tail = ("%I", " %p") if self.twelve else ("%H", "")
-        return [
-            f"{date} {hour}:%M{seconds}{tail}{' %z' if self.zone else ''}"
-            for seconds in (":%S.%f", ":%S", "")
-        ]
+_CENTURY = 2000  # of years of two digits
+_ROWS = 1000  # looked at for the form
 
 
 def is_date_time(text: str) -> bool:
-    """Whether a text begins with a date in one of the forms that are read.
+    """Whether a text is a date, or date and time, in one of the forms that are read.
 
     >>> is_date_time("27.11.2026 10:15:03,25"), is_date_time("10:15:03"), is_date_time("27.5")
     (True, False, False)
     """
-    return _DATE_TIME.fullmatch(text.strip()) is not None
+    return _DATE_TIME.fullmatch(text) is not None
 
 
 def is_time_of_day(text: str) -> bool:
@@ -67,11 +44,11 @@ def is_time_of_day(text: str) -> bool:
     >>> is_time_of_day("10:15:03.25"), is_time_of_day("9:05 PM"), is_time_of_day("10.15")
     (True, True, False)
     """
-    return _TIME_OF_DAY.fullmatch(text.strip()) is not None
+    return _TIME_OF_DAY.fullmatch(text) is not None
 
 
 def read_date_times(columns: Sequence[pd.Series], hint: str, path: Path) -> list[Stamps]:
-    """Read columns of date-times of one form; they may come from several files.
+    """Read columns of dates or date-times; they may come from several files.
 
     Whether the day or the month stands first is told by ``hint``, by a part above 12, or does not matter as
     all dates are the same; a date with points has its day first. With a zone times are UTC, without one as
@@ -80,7 +57,7 @@ def read_date_times(columns: Sequence[pd.Series], hint: str, path: Path) -> list
     Parameters
     ----------
     columns : sequence of (N,) Series
-        Text; what is not in the form of the first becomes NaT.
+        Text; what is no date-time becomes NaT.
     hint : str
         What the header says in brackets, as dd/mm/yyyy; '' for nothing.
     path : Path
@@ -95,18 +72,12 @@ def read_date_times(columns: Sequence[pd.Series], hint: str, path: Path) -> list
     DataError
         A form that is not known, or dates that can mean two things.
     """
-    texts = [_clean(column) for column in columns]
-    sample = next((t for text in texts for t in text.head(1000) if is_date_time(t)), None)
-    found = None if sample is None else _DATE_TIME.fullmatch(sample)
-    if found is None:
-        shown = next((repr(t[:40]) for text in texts for t in text if t), "nothing")
+    read = [read_fields(column, _DATE_TIME) for column in columns]
+    if not any(fields.matched.any() for fields in read):
+        shown = next((repr(str(t)[:40]) for column in columns for t in column if str(t).strip()), "nothing")
         raise DataError(f"times as {shown} are not understood; expected {_KNOWN}", path=path)
-    form = _form(found)
-    day_first = True
-    if not form.year_first and form.month == "%m":
-        day_first = _day_first(texts, form, hint, path)
-    formats = form.formats(day_first=day_first)
-    return [_stamps(text, formats, zone=form.zone, twelve=form.twelve) for text in texts]
+    day_first = _day_first(read, _first_match(columns)["sign"], hint, path)
+    return [_stamps(fields, day_first=day_first) for fields in read]
 
 
 def read_times_of_day(column: pd.Series, hint: str, path: Path) -> tuple[NDArray[np.float64], float]:
@@ -130,119 +101,78 @@ def read_times_of_day(column: pd.Series, hint: str, path: Path) -> tuple[NDArray
     Raises
     ------
     DataError
-        Two numbers that can be hours and minutes or minutes and seconds.
+        Two numbers that can be hours and minutes or minutes and seconds, or no time at all.
     """
-    text = _clean(column)
-    found = next((m for t in text.head(1000) if (m := _TIME_OF_DAY.fullmatch(t))), None)
-    if found is None:
+    fields = read_fields(column, _TIME_OF_DAY)
+    if not fields.matched.any():
         raise DataError(f"no time of day was found; expected {_KNOWN}", path=path)
-    if found["ap"]:
-        midnight = np.datetime64("2000-01-01", "us")
-        dated = "2000-01-01 " + text
-        formats = [f"%Y-%m-%d %I:%M{s} %p" for s in (":%S.%f", ":%S", "")]
-        return _seconds(_stamps(dated, formats, zone=False, twelve=True) - midnight), 86_400.0
-    text = text.str.replace(",", ".", regex=False)
-    period = 86_400.0
-    if found[0].count(":") == 1:
+    n, first = fields.numbers, int(np.argmax(fields.matched))
+    hours, minutes, seconds, period = np.maximum(n["H"], 0), n["M"], n["S"], 86_400.0
+    if n["H"][first] < 0:
         told = hint.casefold()
-        if not found["f"] and "mm:ss" not in told and "hh:mm" not in told:
+        whole = n["f"][first] < 0
+        if whole and n["ap"][first] < 0 and "mm:ss" not in told and "hh:mm" not in told:
             raise DataError(
-                f"times as {found[0]!r} can be hours and minutes or minutes and seconds: write [hh:mm] or "
-                "[mm:ss] after the name of the column in [loadcells.columns] of test.toml",
+                f"times as '{minutes[first]}:{seconds[first]:02d}' can be hours and minutes or minutes and "
+                "seconds: write [hh:mm] or [mm:ss] after the name of the column in [loadcells.columns] of "
+                "test.toml",
                 path=path,
             )
-        minutes = bool(found["f"]) or "hh" not in told
-        text, period = ("00:" + text, 3600.0) if minutes else (text + ":00", 86_400.0)
-    spans = pd.to_timedelta(text, errors="coerce").to_numpy(dtype="timedelta64[us]")
-    return _seconds(spans), period
+        if whole and (n["ap"][first] >= 0 or "hh" in told):
+            hours, minutes, seconds = minutes, seconds, np.zeros_like(seconds)
+        else:
+            period = 3600.0
+    good = fields.matched & (minutes < 60) & (seconds < 61)
+    total = 3600 * _hours(hours, n["ap"]) + 60 * minutes + seconds
+    return np.where(good, total + 1e-6 * np.maximum(n["f"], 0), np.nan), period
 
 
-def without_summer_time(stamps: Stamps) -> tuple[Stamps, list[tuple[int, int]]]:
-    """Times of a clock that was set by an hour at night taken on as if it had not been.
-
-    Parameters
-    ----------
-    stamps : (N,) datetime64[us]
-        As the clock showed them, without a zone.
-
-    Returns
-    -------
-    stamps : (N,) datetime64[us]
-    changes : list of (place, hours)
-        First row of the new time, and the hours by which the clock was set.
-    """
-    good = np.flatnonzero(~np.isnat(stamps))
-    moments = stamps[good].astype(np.int64)
-    steps = np.diff(moments)
-    if steps.size == 0:
-        return stamps, []
-    hour = 3_600_000_000
-    usual = max(int(np.median(np.abs(steps))), 0)
-    near = np.abs(np.abs(steps) - hour) <= min(max(3 * usual, 100_000), hour // 60)
-    changes = []
-    for k in np.flatnonzero(near):
-        sign = 1 if steps[k] > 0 else -1
-        before = moments[k] % (24 * hour)
-        at_night = before // hour <= 3 and hour - before % hour <= max(3 * usual, 100_000)
-        if at_night and usual < hour // 60:
-            changes.append((int(good[k + 1]), sign))
-    stamps = stamps.copy()
-    for place, sign in changes:
-        stamps[place:] -= np.timedelta64(sign * hour, "us")
-    return stamps, changes
+def _first_match(columns: Sequence[pd.Series]) -> dict[str, str]:
+    """Parts of the first date-time."""
+    for column in columns:
+        for text in column:
+            found = _DATE_TIME.fullmatch(str(text))
+            if found:
+                return found.groupdict("")
+    return {"sign": ""}
 
 
-def _clean(column: pd.Series) -> pd.Series:
-    return column.astype(object).where(column.notna(), "").astype(str).str.strip().str.strip('"')
+def _hours(hours: NDArray[np.int32], half_day: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Hours from 0, given 0 for AM, 12 for PM and -1 for neither."""
+    return np.where(half_day < 0, hours, hours % 12 + half_day)
 
 
-def _seconds(spans: NDArray[np.timedelta64]) -> NDArray[np.float64]:
-    return np.where(np.isnat(spans), np.nan, spans.astype("timedelta64[us]").astype(np.int64) * 1e-6)
+def _stamps(fields: Fields, *, day_first: bool) -> Stamps:
+    n = fields.numbers
+    year_first, named = n["a_digits"] == 4, n["b_digits"] == 0
+    year = np.where(year_first, n["a"], n["c"])
+    year += np.where(np.where(year_first, 4, n["c_digits"]) < 4, _CENTURY, 0)
+    month = n["b"] if day_first else np.where(year_first | named, n["b"], n["a"])
+    day = np.where(year_first, n["c"], n["a"] if day_first else np.where(named, n["a"], n["b"]))
+    clock = [np.maximum(n[name], 0) for name in ("M", "S", "f")]
+    hour = _hours(np.maximum(n["H"], 0), n["ap"])
+    good = fields.matched & (month >= 1) & (month <= 12) & (day >= 1)
+    good &= (hour < 24) & (clock[0] < 60) & (clock[1] < 61)
+    months = np.where(good, (year - 1970) * 12 + month - 1, 0).astype("datetime64[M]")
+    days = months.astype("datetime64[D]") + np.where(good, day - 1, 0).astype("timedelta64[D]")
+    good &= days.astype("datetime64[M]") == months  # there is no 31st of April
+    zone = np.where(n["z"] < 0, 0, n["z"] - 1440)
+    seconds = 3600 * hour + 60 * (clock[0] - zone) + clock[1]
+    micro = 1_000_000 * seconds.astype(np.int64) + clock[2]
+    stamps = days.astype("datetime64[us]") + micro.astype("timedelta64[us]")
+    return np.where(good, stamps, np.datetime64("NaT", "us"))
 
 
-def _form(found: re.Match[str]) -> _Form:
-    month = "%m" if found["b"].isdecimal() else ("%b" if len(found["b"]) == 3 else "%B")
-    year_first = len(found["a"]) == 4
-    short = len(found["a"] if year_first else found["c"]) == 2
-    return _Form(
-        year_first, short, found["s"], month, found["join"] or "", bool(found["ap"]), bool(found["z"])
-    )
-
-
-def _stamps(text: pd.Series, formats: Sequence[str], *, zone: bool, twelve: bool) -> Stamps:
-    """Parse with the first format, what is left over with the others."""
-    plain = text.str.replace(",", ".", regex=False)
-    if len(formats) > 1:
-        plain = plain.str.replace(r"^([^T :]+?)[T ._]\s*(?=\d+:)", r"\1 ", regex=True)
-    if zone:
-        plain = plain.str.replace(r" ?(Z|[+-]\d\d:?\d\d)$", r" \1", regex=True)
-    if twelve:
-        plain = plain.str.replace(r" ?([AaPp][Mm])", r" \1", regex=True)
-    stamps = np.full(len(text), np.datetime64("NaT"), dtype="datetime64[us]")
-    left = np.ones(len(text), dtype=bool)
-    for pattern in formats:
-        if left.any():
-            parsed = pd.to_datetime(plain[left], format=pattern, errors="coerce", utc=zone)
-            stamps[left] = parsed.dt.tz_localize(None).to_numpy(dtype="datetime64[us]")
-            left = np.isnat(stamps)
-    return stamps
-
-
-def _day_first(texts: Sequence[pd.Series], form: _Form, hint: str, path: Path) -> bool:
-    """Whether the day stands before the month."""
+def _day_first(read: Sequence[Fields], sign: str, hint: str, path: Path) -> bool:
+    """Whether the day stands before the month, where the year and names of months do not tell it."""
     said = re.sub(r"[.\-\s]", "/", hint.casefold())
     told = [first for words, first in _ORDERS.items() if said.startswith(words)]
-    dates = {
-        (int(m["a"]), int(m["b"]), m["c"])
-        for text in texts
-        for t in text.str.slice(0, 10).unique()
-        if (m := re.match(_DATE, t)) and m["b"].isdecimal()
-    }
-    if told:
-        return told[0]
-    if form.short_year and form.sign == "-" and len(dates) > 1:
+    dates = {date for fields in read for date in _open_dates(fields)}
+    if told or not dates:
+        return told[0] if told else True
+    if sign == "-" and len(dates) > 1 and any(digits < 4 for *_, digits in dates):
         raise DataError(_two_ways(dates), path=path)
-    day, month = any(a > 12 for a, _, _ in dates), any(b > 12 for _, b, _ in dates)
+    day, month = any(a > 12 for a, *_ in dates), any(b > 12 for _, b, *_ in dates)
     if day and month:
         raise DataError(
             "dates with a day before the month and dates with a month before the day stand in one log; "
@@ -251,13 +181,24 @@ def _day_first(texts: Sequence[pd.Series], form: _Form, hint: str, path: Path) -
         )
     if day or month:
         return day
-    if len(dates) > 1 and form.sign != ".":
+    if len(dates) > 1 and sign != ".":
         raise DataError(_two_ways(dates), path=path)
     return True  # of a single date both readings give the same seconds
 
 
-def _two_ways(dates: set[tuple[int, int, str]]) -> str:
-    a, b, c = min(dates)
+def _open_dates(fields: Fields) -> set[tuple[int, int, int, int]]:
+    """The dates whose order is not told by themselves: first and second number, year, digits of the year."""
+    n = fields.numbers
+    rows = np.flatnonzero(fields.matched & (n["a_digits"] < 4) & (n["b_digits"] > 0))
+    table = np.stack([n[name][rows] for name in ("a", "b", "c", "c_digits")], axis=1)
+    changes = np.flatnonzero((np.diff(table, axis=0) != 0).any(axis=1)) + 1
+    return {
+        (int(a), int(b), int(c), int(d)) for a, b, c, d in table[[0, *changes.tolist()] if rows.size else []]
+    }
+
+
+def _two_ways(dates: set[tuple[int, int, int, int]]) -> str:
+    a, b, c, _ = min(dates)
     return (
         f"dates as {a:02d}, {b:02d}, {c} can mean day and month or month and day: write [dd/mm/yyyy] or "
         "[mm/dd/yyyy] after the name of the column in [loadcells.columns] of test.toml, "

@@ -15,11 +15,11 @@ from ploughval.loadcells.date_times import (
     is_time_of_day,
     read_date_times,
     read_times_of_day,
-    without_summer_time,
 )
 from ploughval.loadcells.log_rows import name_rows
 from ploughval.loadcells.log_units import counts_samples, unit_factor
 from ploughval.loadcells.raw_log import RawLog
+from ploughval.loadcells.summer_time import without_summer_time
 from ploughval.loadcells.text_table import numbers
 
 Floats = NDArray[np.float64]
@@ -192,9 +192,11 @@ def _date_times(logs: Sequence[RawLog]) -> Clock:
         stamps = [time.to_numpy(dtype="datetime64[us]") for time in times]
         local = False
     else:
+        dates = [time if log.date is None else log.date for log, time in zip(logs, times, strict=True)]
         hint = logs[0].units.get("date") or logs[0].units.get("time_s", "")
-        texts = [_with_date(log, time) for log, time in zip(logs, times, strict=True)]
-        stamps = read_date_times(texts, hint, path)
+        stamps = [
+            _on_day(log, stamp) for log, stamp in zip(logs, read_date_times(dates, hint, path), strict=True)
+        ]
         local = True
     faults: list[str] = []
     if local:
@@ -222,10 +224,14 @@ def _date_times(logs: Sequence[RawLog]) -> Clock:
     return Clock(tuple(seconds), Kind.DATE_TIMES, tuple(faults), (note,))
 
 
-def _with_date(log: RawLog, time: pd.Series) -> pd.Series:
-    if log.date is None:
-        return time
-    return log.date.astype(object).astype(str).str.strip() + " " + time.astype(object).astype(str).str.strip()
+def _on_day(log: RawLog, stamps: NDArray[np.datetime64]) -> NDArray[np.datetime64]:
+    """Date-times of a log whose times of day stand in a column beside the dates."""
+    if log.date is None or log.time is None:
+        return stamps
+    seconds, _ = read_times_of_day(log.time, log.units.get("time_s", ""), log.path)
+    known = np.isfinite(seconds)
+    spans = (1e6 * np.where(known, seconds, 0.0)).round().astype("timedelta64[us]")
+    return np.where(known, stamps + spans, np.datetime64("NaT", "us"))
 
 
 def _times_of_day(logs: Sequence[RawLog]) -> Clock:
