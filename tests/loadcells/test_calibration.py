@@ -179,8 +179,22 @@ def test_a_cell_wired_the_other_way_round_throughout_is_said_and_used(tmp_path):
 def test_one_arm_cannot_tell_cross_talk_and_says_so(tmp_path):
     result = calibrated(tmp_path, tables(arms=(0,)))
     assert result.condition == np.inf
-    assert said(result, "all loads hung at one arm")
+    assert said(result, "the arms of the loads are all the same")
     assert result.choice.set_index("model").loc["cross-talk", "why_not"]
+
+
+def test_what_a_session_leaves_open_is_said(tmp_path):
+    close = calibrated_in(tmp_path / "close", tables(arms=(0, 10)))
+    assert said(close, "the arms of the loads differ by little")
+    loaded = [t[t["load_N"] > 0] for t in tables()]
+    assert said(calibrated_in(tmp_path / "loaded", loaded), "no unloaded row")
+    moved = tables(arms=(0, 0, 0, 0))
+    for k, each in enumerate(moved):
+        each["upper"] = 100 + (each["upper"] - 100) * (1 + 0.01 * k)
+    assert said(calibrated_in(tmp_path / "moved", moved), "the runs' sensitivities differ by 1.3 %")
+    noisy = tables(arms=(0,), noise_Nm=0.6)
+    result = calibrated_in(tmp_path / "noisy", noisy)
+    assert said(result, "of full scale about the fit")
 
 
 def test_uncertain_weights_widen_the_constants(tmp_path):

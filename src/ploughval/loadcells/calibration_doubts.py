@@ -9,6 +9,7 @@ from ploughval.errors import CalibrationError
 from ploughval.loadcells.calibration_blunders import Rig, likely_cause
 from ploughval.loadcells.calibration_choice import Choice, choose_model
 from ploughval.loadcells.calibration_fit import Session
+from ploughval.loadcells.calibration_models import CONDITION_LIMIT
 from ploughval.loadcells.calibration_response import ResponseFit
 from ploughval.loadcells.calibration_wiring import cells_exchanged, odd_runs
 from ploughval.scene import LoadCells
@@ -102,8 +103,9 @@ def doubts(session: Session, fitted: ResponseFit, used: pd.DataFrame, cells: Loa
     """What the calibration does not tell, or tells with less certainty than it seems."""
     choice, response = fitted.choice, fitted.response
     faults = []
-    if not np.isfinite(choice.condition):
-        faults.append("all loads hung at one arm: cross-talk between the cells cannot be told")
+    if not choice.condition <= CONDITION_LIMIT:
+        which = "differ by little" if np.isfinite(choice.condition) else "are all the same"
+        faults.append(f"the arms of the loads {which}: cross-talk between the cells cannot be told")
     falling = [n for k, n in enumerate(_CELLS) if choice.fit.coefficients[k, k] < 0]
     if falling:
         faults.append(

@@ -27,8 +27,8 @@ def read_staircase(path: Path, given: Staircase, columns: LogColumns) -> pd.Data
     Returns
     -------
     DataFrame
-        As from calibration_table.read_table; ``row`` is the first row of the log that was used, from 0 after the
-        headers, ``line`` its line in the file.
+        As from calibration_table.read_table; ``row`` is the first row of the log that was used, from 0 after
+        the headers, ``line`` its line in the file.
 
     Raises
     ------

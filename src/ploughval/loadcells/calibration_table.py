@@ -47,8 +47,8 @@ def read_table(path: Path, name: str, *, g_m_s2: float) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        POINT_COLUMNS without moments where load and arm were given, and ``from_mass``, whether the load is that
-        of a mass; ``row`` counts from 0 after the headers.
+        POINT_COLUMNS without moments where load and arm were given, and ``from_mass``, whether the load is
+        that of a mass; ``row`` counts from 0 after the headers.
 
     Raises
     ------
