@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ploughval.photos import calibrate
+from ploughval.photos.calibration_file import read_calibration
 from ploughval.report.calibration import maps
 from ploughval.report.figures import residual_figure, scale_figure
 from ploughval.report.page import single_page
@@ -57,6 +58,14 @@ def test_control_points_have_a_chapter_with_two_figures_and_their_table(scene, t
     assert "20 control points" in text
     assert "Points of the calibration" in text
     assert f"{found.residual_px:.2g}"[:4] in text
+
+
+def test_the_result_folder_holds_the_calibration_for_other_tests(scene, tmp_path):
+    found = page_of(scene, tmp_path)[1]
+    again = read_calibration(tmp_path / "results" / "calibration.json", FRAMES.shape)
+    px = np.random.default_rng(1).uniform(0, 900, (40, 2))
+    assert np.array_equal(again.to_mm(px), found.to_mm(px))
+    assert np.array_equal(again.std_mm(px), found.std_mm(px))
 
 
 def test_a_plain_scale_has_a_short_table_only(scene, tmp_path):

@@ -78,6 +78,7 @@ def _photographs(scene: Scene, lines: list[str]) -> Preview:
         f"calibration: {calibration.method}, {calibration.mm_per_px:.5g} mm/px, "
         f"relative std {calibration.scale_std:.2g}, residual {calibration.residual_px:.2g} px"
     )
+    lines += _across(calibration)
     image = frames.read(0)
     sight = Watcher(scene, calibration).see(0, image)
     points = None
@@ -88,6 +89,21 @@ def _photographs(scene: Scene, lines: list[str]) -> Preview:
         )
         lines.append(_first_tracks(scene, frames, image, sight, points))
     return Preview(scene.test.name, scene, (), image, calibration, sight, points)
+
+
+def _across(calibration: Calibration) -> list[str]:
+    """Scale and uncertainty over the photograph, where they differ from place to place."""
+    if calibration.points.empty and calibration.model.window is None:
+        return []
+    height, width = calibration.shape
+    x, y = np.meshgrid(np.linspace(0, width - 1, 9), np.linspace(0, height - 1, 9))
+    px = np.stack([x, y], axis=-1)
+    scale = 1000 * (calibration.mm_per_px_at(px) / calibration.mm_per_px - 1)
+    std_mm = np.hypot(*np.moveaxis(calibration.std_mm(px), -1, 0))
+    return [
+        f"  over the photograph: scale {scale.min():+.1f} to {scale.max():+.1f} per mille of the tip's, "
+        f"standard uncertainty of a place {std_mm.min():.2g} to {std_mm.max():.2g} mm"
+    ]
 
 
 def _times(frames: FrameSeries) -> str:
