@@ -48,6 +48,34 @@ class Window(Table):
     )
 
 
+class Markers(Table):
+    """[camera.markers]: dots or circles painted on the window, found in the picture and in every frame."""
+
+    radius_px: Positive = Field(description="radius of the dots, about, px")
+    kind: Literal["dot", "ring"] = Field("dot", description="filled dots, or drawn circles")
+    reach_px: Positive | None = Field(
+        None, description="farthest that a marker is from its approximate place, px; absent: two radii"
+    )
+    disc_px: Positive | None = Field(
+        None,
+        description="radius of what is painted about a dot, px: no sand is seen there; absent: two radii",
+    )
+    fixed_px: tuple[Pixel, ...] = Field(
+        (), description="[px_x, px_y] each, about: markers besides the control points"
+    )
+
+    @property
+    def clear_px(self) -> float:
+        """Radius about a marker in which no sand is seen, px."""
+        return 2 * self.radius_px if self.disc_px is None else self.disc_px
+
+
+def _fixed_px(markers: object) -> Any:
+    """Places of markers in raw values or in a validated table; None: not a list."""
+    fixed = markers.get("fixed_px", ()) if isinstance(markers, Mapping) else getattr(markers, "fixed_px", ())
+    return fixed if isinstance(fixed, list | tuple) else None
+
+
 class Camera(Table):
     """[camera]: the photographs, their times and their geometry."""
 
@@ -67,6 +95,10 @@ class Camera(Table):
     control_points: tuple[tuple[Finite, Finite, Finite, Finite], ...] | None = Field(
         None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
     )
+    markers: Markers | None = Field(
+        None,
+        description="painted markers: control_points are then approximate; told of the camera's movement",
+    )
     board: Board | None = Field(None, description="board in the window plane, with tip_px and direction")
     calibration: str | None = Field(
         None, description="calibration.json of a test of the same set-up; tip_px then moves its origin"
@@ -84,6 +116,13 @@ class Camera(Table):
     view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
         None, description="[x0, y0, x1, y1] part of the photograph that shows the test, px"
     )
+
+    @property
+    def marker_places_px(self) -> tuple[Pixel, ...]:
+        """Approximate places of all painted markers, px: control points, then the others."""
+        if self.markers is None:
+            return ()
+        return (*((x, y) for x, y, *_ in self.control_points or ()), *self.markers.fixed_px)
 
     @property
     def times_file(self) -> str | None:
@@ -106,6 +145,17 @@ class Camera(Table):
         points = values.get("control_points")
         if isinstance(points, list | tuple) and len(points) < 4:
             faults.append(Fault("control_points", f"{len(points)} points", "at least 4"))
+        if values.get("points_std_mm") and values.get("points_std_px") is None:
+            faults.append(
+                Fault("points_std_px", "nothing", "a value with points_std_mm", cls._text("points_std_px"))
+            )
+        if values.get("markers") is not None and points is None:
+            fixed = _fixed_px(values["markers"])
+            if fixed is not None and len(fixed) < 3:
+                expected = "control_points, or at least 3 markers"
+                faults.append(
+                    Fault("markers.fixed_px", f"{len(fixed)} markers", expected, "Name their places.")
+                )
         return faults
 
     @classmethod

@@ -58,7 +58,7 @@ def fit_similarity(first_px: Floats, now_px: Floats, std_px: Floats) -> Similari
     Similarity or None
         None where fewer than LEAST markers agree.
     """
-    used: NDArray[np.bool_] = np.isfinite(np.hstack([first_px, now_px])).all(axis=1)
+    used: NDArray[np.bool_] = np.asarray(np.isfinite(np.hstack([first_px, now_px])).all(axis=1))
     std = np.hypot(std_px, FLOOR_PX)
     while used.sum() >= LEAST:
         apart = _apart(first_px, now_px, std, used)

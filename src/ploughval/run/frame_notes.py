@@ -33,6 +33,8 @@ class FrameNotes:
         self._still: dict[int, float] = {}  # correlation of still sand by frame, where it is known
         self._shift, self._drift_px, self._turn_px = np.zeros(2), DRIFT_PX, TURN_PX
         self._blade_mm = -np.inf
+        self._missing: tuple[str, ...] = ()
+        self._by_markers = 0
 
     def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> None:
         """Take in what one photograph shows."""
@@ -49,7 +51,9 @@ class FrameNotes:
             self._notes[frame] = notes
 
     def _camera_moved(self, camera: CameraMovement) -> list[str]:
-        notes, step = [], camera.shift_px - self._shift
+        if camera.markers or self._by_markers:
+            return self._told_by_markers(camera)
+        notes, step = list(camera.missing), camera.shift_px - self._shift
         if step.any():
             notes.append(f"the camera moved by ({step[0]:+.2f}, {step[1]:+.2f}) px: taken off all places")
         self._shift = camera.shift_px
@@ -66,6 +70,25 @@ class FrameNotes:
             notes.append(
                 f"the camera is turned by {camera.turn_deg:+.3f} degrees against the first frame, "
                 f"{moves_px:.1f} px in the corners: not taken off"
+            )
+        return notes
+
+    def _told_by_markers(self, camera: CameraMovement) -> list[str]:
+        """What fixed markers say: losses once, knocks each, creep and turn when they have doubled."""
+        notes = [text for text in camera.missing if text not in self._missing]
+        self._missing = camera.missing
+        if not camera.markers and self._by_markers:
+            notes.append("too few fixed markers agree: from here the sand tells the camera's movement")
+        self._by_markers = camera.markers
+        step, moved = camera.shift_px - self._shift, float(np.hypot(*camera.shift_px))
+        self._shift = camera.shift_px
+        turn_px = 0.0 if np.isnan(camera.turn_deg) else abs(math.radians(camera.turn_deg)) * self._reach_px
+        if np.hypot(*step) > DRIFT_PX or moved > self._drift_px or turn_px > self._turn_px:
+            self._drift_px, self._turn_px = max(self._drift_px, 2 * moved), max(self._turn_px, 2 * turn_px)
+            (x, y), turn = camera.shift_px, np.nan_to_num(camera.turn_deg)
+            notes.append(
+                f"by {camera.markers} fixed markers the camera has moved by ({x:+.2f}, {y:+.2f}) px and "
+                f"turned by {turn:+.3f} degrees since the first frame: taken off all places"
             )
         return notes
 

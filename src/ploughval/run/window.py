@@ -13,6 +13,7 @@ from ploughval.errors import DataError
 from ploughval.photos import Calibration, FrameSeries
 from ploughval.piv import UNMOVED, CameraMovement, CameraWatch, FramePoints, Tracker
 from ploughval.run.frame_notes import FrameNotes
+from ploughval.run.steadied import FixedMarkers, Steadied, camera_sees, look_steadied
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
 
@@ -118,6 +119,7 @@ class _Look:
     sight: Sight | None = None
     fault: str = ""
     doubled: bool = False  # the same picture as the frame before
+    straightened: bool = False  # layers are told of places of the first photograph, as in ``Steadied``
 
 
 class _Looks:
@@ -127,6 +129,7 @@ class _Looks:
         self._scene, self._calibration, self._frames, self._first = scene, calibration, frames, first
         self.watcher = Watcher(scene, calibration)
         self._camera: CameraWatch | None = None
+        self._markers: FixedMarkers | None = None
         self._last_image: Grey | None = None
 
     def one_by_one(self) -> Iterator[_Look]:
@@ -152,16 +155,28 @@ class _Looks:
                 raise
             return _Look(frame, None, fault=str(error))
         if self._camera is None:
-            sight = self.watcher.look(frame, image)
-            self._camera = CameraWatch(image, self._still(sight))
-            movement = UNMOVED
+            seen, movement = Steadied(self.watcher.look(frame, image)), self._mark(image)
+            self._hide_markers(seen.sight, movement)
+            self._camera = CameraWatch(image, self._still(seen.sight))
         else:
-            movement = self._camera.see(image)
-            across, down = movement.shift_px.tolist()
-            sight = self.watcher.look(frame, image, (across, down))
+            movement = camera_sees(image, self._camera, self._markers)
+            seen = look_steadied(self.watcher, frame, image, movement)
+            self._hide_markers(seen.sight, movement)
         doubled = self._last_image is not None and np.array_equal(image, self._last_image)
         self._last_image = image
-        return _Look(frame, image, movement, sight, doubled=doubled)
+        return _Look(frame, image, movement, seen.sight, doubled=doubled, straightened=seen.straightened)
+
+    def _mark(self, image: Grey) -> CameraMovement:
+        """Find the fixed markers in the first photograph, where the scene has some."""
+        camera = self._scene.camera
+        if camera is None or camera.markers is None:
+            return UNMOVED
+        self._markers = FixedMarkers(camera, image)
+        return self._markers.at_start()
+
+    def _hide_markers(self, sight: Sight, movement: CameraMovement) -> None:
+        if self._markers is not None:
+            self._markers.hide(sight.regions, movement)
 
     def _still(self, sight: Sight) -> NDArray[np.bool_]:
         """Sand (H, W) in the first photograph that is below what the blade can move."""
@@ -205,7 +220,7 @@ class _Walk:
         if self._tracker is not None:
             found = self._tracked(self._tracker, look.frame, look.image, look.sight, camera)
             self._seen.append(found)
-            carried = self._carried(found, camera.shift_px)
+            carried = self._carried(found, UNMOVED if look.straightened else camera)
         self._note(look.frame, self._watcher.follow_dyed(look.sight, carried))
 
     def _tracked(
@@ -220,11 +235,11 @@ class _Walk:
         self._seen += [_missing(len(self._points.px))] * frame
         return _at_rest(self._points.px)
 
-    def _carried(self, seen: FramePoints, shift_px: Floats) -> dict[float, Floats]:
-        """Where the followed points of each layer stand in this photograph, px."""
+    def _carried(self, seen: FramePoints, camera: CameraMovement) -> dict[float, Floats]:
+        """Where the followed points of each layer stand in the picture that layers are found in, px."""
         layer = np.where(seen.status == Status.OK, self._points.layer_mm, np.nan)
         heights = np.unique(layer[np.isfinite(layer)]).tolist()
-        return {height: seen.position_px[layer == height] + shift_px for height in heights}
+        return {height: camera.now(seen.position_px[layer == height]) for height in heights}
 
     def _note(self, frame: int, sight: Sight) -> None:
         self._blade[frame] = sight.blade_x_mm, sight.blade_std_mm

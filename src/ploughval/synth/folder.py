@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from ploughval.axes import Direction
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.scene import Soil
 from ploughval.synth.camera import Levels, photographs
@@ -81,7 +82,10 @@ def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwri
     if options.loadcells:
         _write_logs(out, felt, options)
     tip = view.stated_tip_px(options.direction)
-    (out / "test.toml").write_text(settings_text(options, tip), encoding="utf-8")
+    markers = view.marker_places_px(options.markers, options.marker_radius_px)
+    if options.direction is Direction.LEFT:
+        markers[:, 0] = view.shape[1] - 1 - markers[:, 0]
+    (out / "test.toml").write_text(settings_text(options, tip, markers), encoding="utf-8")
     truth = Truth(
         options=options,
         tip_px=tip,

@@ -28,10 +28,12 @@ _POSITIVE = (
     "spacing_px",
     "rate_hz",
     "rest_s",
+    "marker_radius_px",
 )
 _NOT_NEGATIVE = (
     "seed",
     "noise_grey",
+    "markers",
     "vignetting",
     "friction_N",
     "friction_scatter",
@@ -75,6 +77,8 @@ class SynthOptions:
     noise_grey : standard deviation of the camera's noise
     vignetting, gradient : loss of light in the corners; change of light from left to right, both relative
     bit_depth, image_format : of the photographs
+    markers, marker_radius_px : dark dots on pale discs of twice their radius, painted on the window
+    camera_creep_px : how far the picture moves from one photograph to the next, right and down
     photographs, loadcells : whether the folder holds them
     rate_hz, rest_s, empty_runs : of the logs
     spacing_mm, lower_to_tip_mm : between the cells, and from the lower one to the tip
@@ -114,6 +118,9 @@ class SynthOptions:
     gradient: float = 0.03
     bit_depth: Literal[8, 16] = 8
     image_format: Literal["png", "jpg", "tif"] = "png"
+    markers: int = 0
+    marker_radius_px: float = 5.0
+    camera_creep_px: tuple[float, float] = (0.0, 0.0)
     photographs: bool = True
     loadcells: bool = True
     rate_hz: float = 50.0

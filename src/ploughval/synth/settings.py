@@ -2,11 +2,16 @@
 
 import json
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ploughval.scene import Soil
 from ploughval.synth.options import SynthOptions
 
 
-def settings_text(options: SynthOptions, tip_px: tuple[float, float]) -> str:
+def settings_text(
+    options: SynthOptions, tip_px: tuple[float, float], markers_px: NDArray[np.float64] | None = None
+) -> str:
     """The text of test.toml: what a laboratory would know, not the truth where the two differ."""
     parts = [
         f"# A synthetic test, made from seed {options.seed}; its exact truth is in truth/.\n\n"
@@ -16,6 +21,8 @@ def settings_text(options: SynthOptions, tip_px: tuple[float, float]) -> str:
     ]
     if options.photographs:
         parts.append(_camera(options, tip_px))
+        if markers_px is not None and len(markers_px):
+            parts.append(_markers(options, markers_px))
     if options.loadcells:
         parts.append(_loadcells(options))
     if options.layers_mm:
@@ -50,6 +57,17 @@ mm_per_px = {options.mm_per_px!r}
 tip_px = [{tip_px[0]!r}, {tip_px[1]!r}]          # blade face at tip level, before the blade moves
 direction = "{options.direction.value}"
 clock_offset_s = {offset}             # photograph clock minus log clock
+"""
+
+
+def _markers(options: SynthOptions, markers_px: NDArray[np.float64]) -> str:
+    places = ",\n    ".join(f"[{x:.0f}.0, {y:.0f}.0]" for x, y in markers_px)
+    return f"""\
+[camera.markers]
+radius_px = {options.marker_radius_px!r}
+fixed_px = [                    # painted on the window; about where, in the first photograph
+    {places},
+]
 """
 
 

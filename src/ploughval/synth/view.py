@@ -1,6 +1,6 @@
 """What the synthetic camera sees: its frame, the blade painted exactly, light, noise and rounding."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,20 @@ class View:
         """The tip as test.toml states it: mirrored where the blade travels to the left."""
         x, y = self.tip_px
         return (x, y) if direction is Direction.RIGHT else (self.shape[1] - 1 - x, y)
+
+    def moved(self, shift_px: tuple[float, float]) -> "View":
+        """The same frame when the camera has moved so that all it shows stands elsewhere in the picture."""
+        return replace(self, tip_px=(self.tip_px[0] + shift_px[0], self.tip_px[1] + shift_px[1]))
+
+    def marker_places_px(self, count: int, radius_px: float) -> Floats:
+        """Where markers are painted (count, 2), px: by turns below the tip and along the upper edge."""
+        height, width = self.shape
+        margin = 2.5 * radius_px + 2
+        number = np.arange(count)
+        across = (number // 2 + 0.5 + 0.25 * (number % 2)) / max((count + 1) // 2, 1)
+        x = margin + across * (width - 1 - 2 * margin) + 0.37 * number % 1.0
+        y = np.where(number % 2 == 0, height - 1 - margin, margin) + 0.61 * number % 1.0
+        return np.column_stack([x, y])
 
     def blade_cover(self, u_mm: float, thickness_mm: float) -> NDArray[np.float32]:
         """Share of each pixel that the blade covers, exact: (H, W) float32."""
