@@ -157,6 +157,27 @@ def test_columns_with_different_decimal_signs_are_refused(tmp_path):
         read(tmp_path, text)
 
 
+@pytest.mark.parametrize("start", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0"])
+def test_spreadsheets_are_refused_with_what_to_do(tmp_path, start):
+    with pytest.raises(DataError, match=r"is a spreadsheet; expected a text table. Save it as CSV"):
+        read(tmp_path, start + bytes(range(256)) * 8)
+
+
+def test_a_clock_that_stands_still_is_refused_with_what_to_do(tmp_path):
+    text = [HEAD, *("7," + line.split(",", 1)[1] for line in lines()[1:])]
+    with pytest.raises(DataError, match="all times in column 'time_s' are the same"):
+        read(tmp_path, text)
+
+
+def test_rows_that_are_dropped_keep_their_place_where_rows_are_counted(tmp_path):
+    text = lines()
+    text[11] = text[11][:9]
+    text[31] += ",1"
+    (tmp_path / "log.csv").write_text("\n".join(text) + "\n")
+    log = read_log(tmp_path / "log.csv", LogColumns(time_s=""), rate_hz=10.0)
+    np.testing.assert_allclose(log.data["time_s"], np.delete(0.1 * np.arange(N), [10, 30]), rtol=1e-12)
+
+
 @pytest.mark.parametrize("rows", [0, 1])
 def test_a_log_of_one_row_or_none_is_refused(tmp_path, rows):
     with pytest.raises(DataError, match=r"log\.csv"):

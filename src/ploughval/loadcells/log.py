@@ -95,6 +95,12 @@ def read_log(
             path=files[0],
         )
     data, more = check_columns(table, rows)
+    if len(data) < 2:
+        raise DataError(
+            f"all times in column {columns.time_s!r} are the same; expected times that rise. Where the clock "
+            'stood still, count the rows: rate_hz, and columns.time_s = ""',
+            path=files[0],
+        )
     early = stops_early(data["time_s"].to_numpy(), data["displacement_mm"].to_numpy())
     return Log(data, tuple([*faults, *more]), tuple(dict.fromkeys([*notes, *early])))
 

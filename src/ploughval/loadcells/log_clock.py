@@ -98,9 +98,11 @@ def read_clock(logs: Sequence[RawLog], *, rate_hz: float | None) -> Clock:
     if kinds[0] is Kind.TIMES_OF_DAY:
         return _times_of_day(logs)
     if kinds[0] is Kind.ROWS:
-        counts = [log.rows.count for log in logs]
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        seconds = [(a + np.arange(n)) / (rate_hz or 1.0) for a, n in zip(starts, counts, strict=False)]
+        seconds, start = [], 0
+        for log in logs:
+            rows = start + log.rows.numbers()  # a row that was dropped took its time as well
+            start = int(rows[-1]) + 1 if rows.size else start
+            seconds.append(rows / (rate_hz or 1.0))
         note = f"time: rows counted at {rate_hz:g} a second"
         return Clock(tuple(seconds), Kind.ROWS, (), (note,))
     return _numbers(logs, kinds[0], rate_hz)

@@ -34,6 +34,10 @@ class FileRows:
         """Only the rows at these places, in this order."""
         return replace(self, count=places.size, rows=self._rows(places), lines=self._lines(places))
 
+    def numbers(self) -> NDArray[np.intp]:
+        """Row from 0 after the headers of every row in use: (count,) int."""
+        return self._rows(np.arange(self.count))
+
     def describe(self, places: NDArray[np.intp]) -> str:
         """Rows at these places, with their lines.
 

@@ -11,6 +11,7 @@ from typing import BinaryIO
 from ploughval.errors import DataError
 
 _BLOCK = 1 << 24
+_SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # of Excel and LibreOffice, new and old
 _START = 262_144
 _TAIL = 65_536
 
@@ -70,11 +71,13 @@ def look_through(path: Path) -> TextBytes:
     Raises
     ------
     DataError
-        The file cannot be read.
+        The file cannot be read, or is a spreadsheet.
     """
     try:
         with path.open("rb") as file:
             start = file.read(_START)
+            if start.startswith(_SPREADSHEETS):
+                raise DataError("is a spreadsheet; expected a text table. Save it as CSV", path=path)
             file.seek(0)
             nuls, returns, tail = False, 0, b""
             while block := file.read(_BLOCK):
