@@ -152,6 +152,64 @@ def test_the_order_of_the_rows_does_not_matter():
     np.testing.assert_allclose(b.cov, a.cov, rtol=1e-3, atol=1e-6 * a.cov.max())
 
 
+def geometry_draw(rng, noise_Nm):
+    """Errors of force and arm of 40 N at 12 mm in a stated geometry that is not the true one, over their stds."""
+    load, arm = np.tile(UP_DOWN, 2).astype(float), np.repeat([0.0, 100.0], len(UP_DOWN))
+    stated, std = np.array([150.0, 260.0]), np.array([0.5, 0.8])  # spacing and lower_to_tip, mm
+
+    def moments(force, arm_mm, geometry):
+        lower = geometry[1] - arm_mm
+        return np.stack([force * (lower + geometry[0]), force * lower]) / 1000
+
+    true = stated + std * rng.normal(size=2)
+    readings = np.linalg.solve(OWN, moments(load, arm, true) + noise_Nm * rng.normal(size=(2, load.size)))
+    by_spacing, by_lower = np.stack([load, 0 * load]) / 1000, np.stack([load, load]) / 1000
+    response = fit_response(
+        readings,
+        moments(load, arm, stated),
+        run=np.repeat([0, 1], len(UP_DOWN)),
+        by_spacing=by_spacing,
+        by_lower_to_tip=by_lower,
+    ).response
+    f = response.features(np.linalg.solve(OWN, moments(np.array([40.0]), 12.0, true)))[:, 0]
+
+    def result(coefficients, geometry):
+        upper, lower = coefficients @ f
+        force = (upper - lower) * 1000 / geometry[0]
+        return np.array([force, geometry[1] - 1000 * lower / force])
+
+    found = result(response.coefficients, stated)
+    by_geometry = [  # the geometry acts through the constants as well
+        result(response.coefficients + change, stated + step) - found
+        for change, step in ((response.by_spacing, [1, 0]), (response.by_lower_to_tip, [0, 1]))
+    ]
+    lever = np.array(
+        [result(response.coefficients + d, stated) - found for d in 1e-6 * _directions(response)]
+    )
+    slopes = 1e6 * lever.T.reshape(2, *response.coefficients.shape)
+    variance = np.einsum("rck,ckdl,rdl->r", slopes, response.cov, slopes)
+    variance = variance + ((np.array(by_geometry) * std[:, None]) ** 2).sum(axis=0)
+    return (found - [40.0, 12.0]) / np.sqrt(variance), np.sqrt(variance)
+
+
+def _directions(response):
+    size = response.coefficients.size
+    return np.eye(size).reshape(size, *response.coefficients.shape)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise_Nm", [0.001, 0.02])
+def test_force_and_arm_are_covered_although_the_geometry_is_known_poorly(noise_Nm):
+    rng = np.random.default_rng(18)
+    drawn = [geometry_draw(rng, noise_Nm) for _ in range(200)]
+    inside = (np.abs([off for off, _ in drawn]) < 2.08).mean(axis=0)  # Student's factor of some 20 degrees
+    # 200 draws of 95 % scatter by 1.5 %: three times that.
+    assert (inside >= 0.905).all(), inside
+    if noise_Nm < 0.01:
+        # The spacing alone would be 40 N x 0.5 / 150 = 0.13 N; known forces take it back.
+        assert np.median([std[0] for _, std in drawn]) < 0.02
+
+
 @pytest.mark.parametrize("row", range(11))
 def test_one_wrong_row_is_left_out_wherever_it_stands(row):
     rig = Rig(arms=(0,), noise_Nm=0.005)
