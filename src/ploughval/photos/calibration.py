@@ -134,14 +134,17 @@ def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:
     return calibration
 
 
-def _point_set(px: Array, mm: Array, camera: Camera, shape: tuple[int, int]) -> PointSet:
-    """Points with the standard uncertainty that the settings give to them."""
-    if camera.points_std_px is None:
+def _point_set(
+    px: Array, mm: Array, camera: Camera, shape: tuple[int, int], std_px: Array | None = None
+) -> PointSet:
+    """Points with the standard uncertainty (N,) of each reading, or the one that the settings give."""
+    read = camera.points_std_px if std_px is None else std_px
+    if read is None:
         return PointSet(px, mm, shape)
     spans = (np.ptp(px, axis=0), np.ptp(mm, axis=0))
     px_per_mm = float(np.hypot(*spans[0]) / max(np.hypot(*spans[1]), 1e-300))
-    std = np.hypot(camera.points_std_px, camera.points_std_mm * px_per_mm)
-    return PointSet(px, mm, shape, np.full(len(px), std))
+    std = np.hypot(read, camera.points_std_mm * px_per_mm)
+    return PointSet(px, mm, shape, np.broadcast_to(std, len(px)).copy())
 
 
 def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
