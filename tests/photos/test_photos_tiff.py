@@ -29,7 +29,10 @@ def squeeze(data, rows, kind):
         return lzma.compress(data)
     file = io.BytesIO()
     picture = Image.frombytes("L", (len(data) // rows, rows), data)
-    picture.save(file, "TIFF", compression=PILLOW[kind], tiffinfo={278: rows})
+    try:
+        picture.save(file, "TIFF", compression=PILLOW[kind], tiffinfo={278: rows})
+    except OSError:
+        pytest.skip(f"Pillow's libtiff does not write {kind}")
     file.seek(0)
     with tifffile.TiffFile(file) as tiff:
         page = tiff.pages[0]

@@ -99,8 +99,12 @@ def _unpack(packed: bytes, page: Any, row_bytes: int, rows: int) -> NDArray[np.u
         struct.pack("<HHII", tag, 4, 1, start if tag == 273 else value) for tag, value in tags
     )
     head = struct.pack("<2sHIH", b"II", 42, 8, len(tags)) + directory + bytes(4)
-    with Image.open(io.BytesIO(head + packed)) as image:
-        return np.asarray(image)
+    try:
+        with Image.open(io.BytesIO(head + packed)) as image:
+            return np.asarray(image)
+    except OSError as error:
+        name = getattr(page.compression, "name", code)
+        raise ValueError(f"damaged, or packed as Pillow's libtiff cannot read ({name})") from error
 
 
 def _values(data: NDArray[np.uint8], count: int, bits: int, order: str) -> NDArray[Any]:
