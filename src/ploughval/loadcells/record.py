@@ -34,10 +34,10 @@ class Rig:
 class ForceArrays:
     """Result of :func:`force_from_readings`; all (N,), NaN where a reading was.
 
-    ``friction_N`` is what was taken off, NaN without empty runs. ``small`` marks rows whose force is too small
-    for a line of action. ``features`` (K, N) with friction taken off and ``sources`` are what the force's
-    uncertainty comes from, ``arm_features`` and ``arm_sources`` that of the line of action: the same, unless
-    friction is taken off the force alone.
+    ``friction_N`` is what was taken off, NaN without empty runs. ``small`` marks rows whose force is too
+    small for a line of action. ``features`` (K, N) with friction taken off and ``sources`` are what the
+    uncertainty of the force comes from, ``arm_features`` and ``arm_sources`` that of the line of action: the
+    same, unless friction is taken off the force alone.
     """
 
     force_N: Floats
