@@ -31,6 +31,16 @@ def test_durations_are_times(tmp_path):
     assert read_header(tmp_path / "a.gif").page_time_s == pytest.approx((0, 0.1, 0.15, 0.45), abs=1e-12)
 
 
+def test_a_picture_that_stays_longer_is_a_gap(make_scene, tmp_path):
+    pictures = [Image.fromarray(block((HEIGHT, WIDTH), 2 * k)) for k in range(10)]
+    durations = [100] * 4 + [300] + [100] * 5
+    pictures[0].save(
+        tmp_path / "photos" / "a.gif", save_all=True, append_images=pictures[1:], duration=durations
+    )
+    (note,) = open_frames(make_scene(times="video")).notes
+    assert "0.3 s pass from photos/a.gif, picture 4 to photos/a.gif, picture 5, 0.1 s are usual" in note
+
+
 def test_a_gif_without_durations_has_no_times(tmp_path):
     pictures = [Image.fromarray(block((HEIGHT, WIDTH), 2 * k)) for k in range(3)]
     pictures[0].save(tmp_path / "a.gif", save_all=True, append_images=pictures[1:])

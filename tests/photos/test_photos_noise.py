@@ -1,6 +1,8 @@
 """Noise against grey level, from pairs of pictures made with noise that is known."""
 
 import io
+import os
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -8,8 +10,11 @@ import pytest
 from PIL import Image
 
 from ploughval.errors import DataError
+from ploughval.photos.decode import decode
 from ploughval.photos.noise import noise_curve
 
+CLAY = Path(os.environ.get("PLOUGHVAL_SHARED", Path(__file__).parents[3] / "shared"))
+CLAY = CLAY / "realdata" / "tbar_clay_geopyv"
 SHAPE = (400, 500)
 ROUNDING = 1 / 12  # variance of rounding to whole levels
 
@@ -124,6 +129,14 @@ def test_what_jpeg_repeats_is_not_seen_and_the_rest_is(quality):
     found = noise_curve(first, second).level(scene[inside]).mean()
     assert found == pytest.approx(repeat, rel=0.04)
     assert 0.85 * error < found < 1.02 * error  # at quality 80 a tenth of the error is the same in both
+
+
+@pytest.mark.skipif(not CLAY.is_dir(), reason="the shared photographs are not here")
+def test_real_photographs_give_the_same_curve_in_every_pair():
+    first, second, third = (decode(path) for path in sorted(CLAY.glob("*.jpg"))[:3])
+    one, other = noise_curve(first, second), noise_curve(second, third)
+    np.testing.assert_allclose(one.std, other.level(one.grey), rtol=0.05)
+    assert 1.0 < one.level(np.array([150.0])).item() < 3.0  # a camera's JPEG in good light: about two levels
 
 
 def through_jpeg(picture, quality):

@@ -32,6 +32,12 @@ class _Found:
     header: Header | None
     fault: str = ""
 
+    @property
+    def told(self) -> str:
+        """What messages call the frame."""
+        many = self.header is not None and len(self.header.pages) > 1
+        return f"{self.name}, picture {self.page}" if many else self.name
+
 
 def open_frames(scene: Scene) -> FrameSeries:
     """Open the photographs of a test without decoding them; a video is gone through once.
@@ -63,7 +69,7 @@ def open_frames(scene: Scene) -> FrameSeries:
     shape = _one_shape(found)
     _check_view(scene, camera, shape)
     stamped = _times(scene, camera, found)
-    names = [frame.name for frame in found]
+    names = [frame.told for frame in found]
     places = order.by_time(stamped.time_s)
     notes += [*stamped.notes, *_disorder(camera, stamped, found)]
     notes += times.gaps(stamped.time_s[places], stamped.std_s[places], [names[k] for k in places])
@@ -185,7 +191,7 @@ def _times(scene: Scene, camera: Camera, found: Sequence[_Found]) -> times.Frame
         return exif_times([f.header.tags.time if f.header else None for f in found], [f.path for f in found])
     if camera.times == "video":
         stamped = _shown_times(scene, found)
-        times.refuse_doubled(stamped.time_s, [f"{f.name}, picture {f.page}" for f in found], scene.folder)
+        times.refuse_doubled(stamped.time_s, [frame.told for frame in found], scene.folder)
         return stamped
     table = scene.path(camera.times)
     stamped = table_times(table, names)
@@ -210,7 +216,7 @@ def _shown_times(scene: Scene, found: Sequence[_Found]) -> times.FrameTimes:
 
 def _disorder(camera: Camera, stamped: times.FrameTimes, found: Sequence[_Found]) -> list[str]:
     """A note where the times, or EXIF where the times do not come from the files, contradict the names."""
-    names = [frame.name for frame in found]
+    names = [frame.told for frame in found]
     text = order.disagreement(stamped.time_s, names)
     if text:
         return [f"{text}; frames are numbered by time"]
