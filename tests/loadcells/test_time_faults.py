@@ -108,6 +108,18 @@ def test_a_time_that_falls_back_alone_loses_its_row():
     assert faults == ["time leaps away and back in row 1500: dropped"]
 
 
+def test_a_late_row_of_an_irregular_log_is_sorted_not_dropped():
+    rng = np.random.default_rng(7)
+    table = record(times=np.cumsum(rng.choice([0.01, 0.02, 0.03], 2000)))
+    order = np.arange(2000)
+    for k in range(50, 1950, 50):
+        order[[k, k + 1]] = order[[k + 1, k]]
+    found, faults = check_table(table.iloc[order].reset_index(drop=True))
+    check_same(found, table)
+    assert len(faults) == 1
+    assert "out of order" in faults[0]
+
+
 def test_a_first_row_with_a_time_of_another_age_is_dropped():
     table = record()
     table.loc[0, "time_s"] = 1e6

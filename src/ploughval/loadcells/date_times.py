@@ -20,7 +20,7 @@ _DATE_TIME = re.compile(rf"\s*{_DATE}(?:[T ,_]\s*{_TIME}(?P<z> ?(?:Z|[+-]\d\d:?\
 _TIME_OF_DAY = re.compile(
     rf"\s*(?:(?P<H>\d{{1,5}}):)?(?P<M>\d{{1,2}}):(?P<S>\d{{2}})(?:[.,](?P<f>\d+))?{_END}\s*"
 )
-_KNOWN = (
+KNOWN = (
     "2026-11-27 10:15:03.25, 27.11.2026 10:15:03,25, 11/27/2026 10:15:03 AM or 10:15:03.25 "
     "(a date may stand in a column of its own: columns.date)"
 )
@@ -75,7 +75,7 @@ def read_date_times(columns: Sequence[pd.Series], hint: str, path: Path) -> list
     read = [read_fields(column, _DATE_TIME) for column in columns]
     if not any(fields.matched.any() for fields in read):
         shown = next((repr(str(t)[:40]) for column in columns for t in column if str(t).strip()), "nothing")
-        raise DataError(f"times as {shown} are not understood; expected {_KNOWN}", path=path)
+        raise DataError(f"times as {shown} are not understood; expected {KNOWN}", path=path)
     day_first = _day_first(read, _first_match(columns)["sign"], hint, path)
     return [_stamps(fields, day_first=day_first) for fields in read]
 
@@ -105,7 +105,7 @@ def read_times_of_day(column: pd.Series, hint: str, path: Path) -> tuple[NDArray
     """
     fields = read_fields(column, _TIME_OF_DAY)
     if not fields.matched.any():
-        raise DataError(f"no time of day was found; expected {_KNOWN}", path=path)
+        raise DataError(f"no time of day was found; expected {KNOWN}", path=path)
     n, first = fields.numbers, int(np.argmax(fields.matched))
     hours, minutes, seconds, period = np.maximum(n["H"], 0), n["M"], n["S"], 86_400.0
     if n["H"][first] < 0:

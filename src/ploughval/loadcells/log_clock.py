@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ploughval.errors import DataError
 from ploughval.loadcells.date_times import (
+    KNOWN,
     is_date_time,
     is_time_of_day,
     read_date_times,
@@ -123,7 +124,7 @@ def _kind(log: RawLog, rate_hz: float | None) -> Kind:
                 return kind
         count = int(np.isfinite(numbers(log.time, ",")).sum())
         if words and 2 * count < len(log.time[log.time.notna()]):
-            read_date_times([log.time], "", log.path)  # says what was expected
+            raise DataError(f"times as {words[0][:40]!r} are not understood; expected {KNOWN}", path=log.path)
     told = counts_samples(named, log.units.get("time_s", ""))
     if told and rate_hz is None:
         raise DataError(

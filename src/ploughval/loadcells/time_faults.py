@@ -99,7 +99,7 @@ def _drop_leaps(rows: Rows) -> None:
         elif (
             k + 1 < time.size
             and 1.5 * step < time[k + 1] - time[k - 1] < 2.5 * step
-            and time[k - 1] - time[k] > step
+            and time[k - 1] - time[k] > _LATE_ROWS * step
         ):
             leap[k] = True
     # A first row far ahead of all others has none before it to compare with.
