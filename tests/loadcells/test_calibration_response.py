@@ -153,7 +153,7 @@ def test_the_order_of_the_rows_does_not_matter():
 
 
 def geometry_draw(rng, noise_Nm):
-    """Errors of force and arm of 40 N at 12 mm in a stated geometry that is not the true one, over their stds."""
+    """Errors of force and arm (40 N at 12 mm) in a geometry that is not the true one, over their stds."""
     load, arm = np.tile(UP_DOWN, 2).astype(float), np.repeat([0.0, 100.0], len(UP_DOWN))
     stated, std = np.array([150.0, 260.0]), np.array([0.5, 0.8])  # spacing and lower_to_tip, mm
 
