@@ -155,6 +155,13 @@ def test_names_of_copies_are_known(tmp_path, copy, original, told):
     assert is_copy_of(tmp_path / copy, tmp_path / original) is told
 
 
+def test_a_clock_that_was_set_back_is_told_from_names_that_are_not_in_order():
+    names = list("abcdefgh")
+    back = np.array([0, 2, 4, 6, 8 - 3600, 10 - 3600, 12 - 3600, 14 - 3600.0])
+    assert "set back by 60 min" in disagreement(back, names)
+    assert "set back" not in disagreement(np.array([8, 10, 12, 14, 0, 2, 4, 6.0]), names)
+
+
 def test_order_of_time_keeps_frames_without_time_beside_their_neighbours():
     np.testing.assert_array_equal(by_time(np.array([5.0, np.nan, 1.0, 9.0])), [2, 1, 0, 3])
     assert disagreement(np.array([1.0, np.nan, 3.0]), ["a", "b", "c"]) == ""

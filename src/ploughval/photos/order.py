@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 _COUNTER = re.compile(r"(.*?)([0-9]+)([^0-9]*)")
 _ROLLED_DIGITS = 3
 """A counter of fewer digits than this is not taken to begin anew."""
+CLOCK_STEP_S = 1800.0
+"""Clocks are set by multiples of this where a time zone or summer time begins."""
 
 
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
@@ -79,4 +81,12 @@ def disagreement(time_s: NDArray[np.float64], names: Sequence[str]) -> str:
         return ""
     earlier, later = (names[known[back[0] + k]] for k in (1, 0))
     more = f" ({back.size} such places)" if back.size > 1 else ""
+    step = np.diff(time_s[known])
+    usual = float(np.median(step))
+    lost = usual - float(step[back[0]])  # what the clock lost, if it was set
+    off = abs(lost - CLOCK_STEP_S * round(lost / CLOCK_STEP_S))
+    if back.size == 1 and off <= usual / 2 < CLOCK_STEP_S / 20:
+        more = (
+            f"; the clock may have been set back by {lost / 60:.0f} min in between (summer time, time zone)"
+        )
     return f"order of time differs from the order of names: {earlier} was taken before {later}{more}"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
+from ploughval.photos.order import CLOCK_STEP_S
 
 Floats = NDArray[np.float64]
 
@@ -15,7 +16,6 @@ LEAST_INTERVALS = 6
 """Intervals that it takes to call a series regular."""
 _REGULAR_SHARE = 0.75
 _LIKE_THE_MIDDLE = 0.1
-_CLOCK_STEP_S = 1800.0
 _SHOWN = 5
 
 
@@ -77,8 +77,8 @@ def gaps(time_s: Floats, std_s: Floats, names: Sequence[str]) -> list[str]:
             continue
         text = f"{step[k]:.6g} s pass from {names[known[k]]} to {names[known[k + 1]]}, "
         text += f"{usual:.6g} s are usual: "
-        rest = (step[k] - usual + _CLOCK_STEP_S / 2) % _CLOCK_STEP_S - _CLOCK_STEP_S / 2
-        if step[k] > _CLOCK_STEP_S / 2 and abs(rest) <= usual:
+        rest = (step[k] - usual + CLOCK_STEP_S / 2) % CLOCK_STEP_S - CLOCK_STEP_S / 2
+        if step[k] > CLOCK_STEP_S / 2 and abs(rest) <= usual:
             texts.append(f"{text}the clock may have been set, or {count} photographs are missing")
         else:
             texts.append(f"{text}{count} photograph{'s' if count > 1 else ''} may be missing")
