@@ -7,6 +7,8 @@ from PIL import Image
 
 from ploughval.errors import CalibrationError, DataError
 from ploughval.photos import calibrate, open_frames
+from ploughval.photos.camera_fit import PointSet, fit_camera
+from ploughval.photos.mapping import scale_at_origin
 
 SHAPE = (900, 1400)
 # a camera that looks at the window askew: 4 px/mm, perspective of 8 % across the window, turned by 2 degrees
@@ -100,18 +102,16 @@ def test_scale_at_the_tip_is_the_local_one(calibrated):
     assert cal.mm_per_px == pytest.approx(1 / np.sqrt(abs(np.linalg.det(local))), rel=1e-6)
 
 
-def test_the_uncertainty_of_the_scale_is_its_scatter(calibrated):
+def test_the_uncertainty_of_the_scale_is_its_scatter():
     px = to_px(WORLD_TO_PX, GRID_MM)
-    rng = np.random.default_rng(5)
-    found = [
-        calibrated(
-            control_points=np.hstack([px + rng.normal(0, 0.5, px.shape), GRID_MM]).tolist(), points_std_px=0.5
-        )
-        for _ in range(150)
+    rng, std_px = np.random.default_rng(5), np.full(len(px), 0.5)
+    fits = [
+        fit_camera(PointSet(px + rng.normal(0, 0.5, px.shape), GRID_MM, SHAPE, std_px)) for _ in range(200)
     ]
-    predicted = np.median([cal.scale_std for cal in found])
-    # three standard errors of 150 draws
-    assert np.std([np.log(cal.mm_per_px) for cal in found]) == pytest.approx(predicted, rel=0.18)
+    scales = [scale_at_origin(fit.model, fit.spread) for fit in fits]
+    # three standard errors of 200 draws
+    scatter = np.std([np.log(scale) for scale, _ in scales])
+    assert scatter == pytest.approx(np.median([std for _, std in scales]), rel=0.15)
 
 
 @pytest.mark.parametrize(
@@ -273,3 +273,33 @@ def test_boards_that_cannot_be_used_are_refused_by_name(calibrated, tmp_path):
         calibrated(board=charuco, tip_px=TIP_PX)
     with pytest.raises(CalibrationError, match="dictionary"):
         calibrated(board={**charuco, "marker_mm": 9.0, "dictionary": "DICT_NONE"}, tip_px=TIP_PX)
+
+
+def test_an_uncertainty_on_the_window_alone_is_not_passed_over(make_scene):
+    with pytest.raises(ValueError, match=r"points_std_px: got nothing; expected a value with points_std_mm"):
+        make_scene(control_points=points_of(WORLD_TO_PX), points_std_mm=0.1)
+
+
+def test_the_uncertainty_of_places_on_the_window_counts_in_px(calibrated):
+    given = points_of(WORLD_TO_PX, noise=0.3)
+    alone, both = (
+        calibrated(control_points=given, points_std_px=0.3, points_std_mm=std) for std in (0.0, 0.1)
+    )
+    # 3.9 px/mm over the points, so 0.1 mm are 0.39 px
+    assert both.std_px == pytest.approx(np.hypot(0.3, 0.39), rel=0.03)
+    np.testing.assert_allclose(
+        both.std_mm(np.array([700.0, 450.0])) / alone.std_mm(np.array([700.0, 450.0])),
+        both.std_px / alone.std_px,
+        rtol=0.1,
+    )
+
+
+def test_local_scale_and_uncertainty_have_the_shape_that_is_asked(calibrated):
+    cal = calibrated(control_points=points_of(WORLD_TO_PX, noise=0.3))
+    px = np.random.default_rng(1).uniform(0, 900, (3, 4, 2))
+    assert cal.mm_per_px_at(px).shape == (3, 4)
+    assert cal.std_mm(px).shape == (3, 4, 2)
+    right, down = np.array([0.01, 0.0]), np.array([0.0, 0.01])
+    steps = cal.to_mm(px + right) - cal.to_mm(px - right), cal.to_mm(px + down) - cal.to_mm(px - down)
+    area = np.abs(steps[0][..., 0] * steps[1][..., 1] - steps[0][..., 1] * steps[1][..., 0]) / 0.02**2
+    np.testing.assert_allclose(cal.mm_per_px_at(px), np.sqrt(area), rtol=1e-6)
