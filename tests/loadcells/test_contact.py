@@ -76,3 +76,13 @@ def test_missing_rows_are_passed_over():
     found = find_contact(t, u, force, onset=501, noise_N=0.1)
     # the eight rows about the contact that are missing hold 0.08 mm of travel
     assert found.u_mm == pytest.approx(GAP_MM, abs=0.12)
+
+
+def test_a_force_that_falls_after_its_first_peak_and_doubles_later_does_not_blur_the_contact():
+    t = np.arange(0, 65, 0.01)
+    u = np.clip(t - 5, 0, None)
+    force = np.where(u > 0, np.where(u < 1, 30 - 16 * u, 14 + 2 * (u - 1)), 0.0)
+    force = force + np.random.default_rng(0).normal(0, 0.05, t.size)
+    found = find_contact(t, u, force, onset=501, noise_N=0.05, level_std_N=0.3)
+    assert found.u_mm == pytest.approx(0.0, abs=0.03)
+    assert found.std_mm < 0.03

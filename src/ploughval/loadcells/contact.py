@@ -42,7 +42,7 @@ def find_contact(
     -------
     Contact or None
         None where the force never stays above its noise. The travel is that where a straight rise, fitted up
-        to twice the force that was first told, begins.
+        to twice the force that can be told from noise, begins.
     """
     rows = np.flatnonzero(np.isfinite(force_N) & np.isfinite(u_mm))
     rows = rows[rows >= onset]
@@ -51,11 +51,12 @@ def find_contact(
     force = force_N[rows]
     means = np.convolve(force, np.full(_ROWS, 1.0 / _ROWS), mode="valid")
     limit = _NOISES * noise_N / np.sqrt(_ROWS) + _LEVELS * level_std_N
-    first = _first_lasting(means > max(limit, 1e-9 * float(np.abs(force).max())))
+    limit = max(float(limit), 1e-9 * float(np.abs(force).max()))
+    first = _first_lasting(means > limit)
     if first is None:
         return None
-    doubled = np.flatnonzero(means[first:] >= 2 * means[first])
-    last = first + (int(doubled[0]) if doubled.size else _HOLDS) + _ROWS
+    sure = np.flatnonzero(means[first:] >= 2 * limit)
+    last = first + (int(sure[0]) if sure.size else _HOLDS) + _ROWS
     near = np.arange(max(first - 3 * (last - first) - _HOLDS, 0), min(last, force.size))
     near = near[:: -(-near.size // _MOST_ROWS)]
     u = np.abs(u_mm[rows] - u_mm[rows[near[0]]])
