@@ -145,7 +145,8 @@ class Camera(Table):
         points = values.get("control_points")
         if isinstance(points, list | tuple) and len(points) < 4:
             faults.append(Fault("control_points", f"{len(points)} points", "at least 4"))
-        if values.get("points_std_mm") and values.get("points_std_px") is None:
+        told = values.get("points_std_px") is not None or values.get("markers") is not None
+        if values.get("points_std_mm") and not told:
             faults.append(
                 Fault("points_std_px", "nothing", "a value with points_std_mm", cls._text("points_std_px"))
             )

@@ -82,3 +82,19 @@ def test_the_record_survives_the_store_unchanged():
         assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
     assert again.lost_frames == {}
     assert again.notes == first.notes
+
+
+def test_the_uncertainty_of_a_point_is_turned_into_mm_by_the_scale_at_its_place():
+    # 2 px/mm at the origin and w = 1 + x / 400: at x one pixel is w ** 1.5 / 2 mm
+    mm = np.stack(np.meshgrid(np.linspace(-40, 60, 5), np.linspace(-20, 40, 4)), -1).reshape(-1, 2)
+    x = mm[:, :1]
+    px = (np.array([100.0, 80.0]) * (1 + x / 400) + mm * [2.0, -2.0]) / (1 + x / 400)
+    camera = {"photos": "*.png", "control_points": np.hstack([px, mm]).tolist()}
+    scene = Scene.model_validate(
+        {"test": {"name": "tables"}, "blade": {"depth_mm": 30, "width_mm": 200}, "camera": camera}
+    )
+    calibration = calibrate(scene, SimpleNamespace(shape=(160, 220)))
+    there = record()
+    there.position_px[1, 0] = calibration.to_px(np.array([60.0, 30.0]))
+    data = tracks_dataset(there, calibration, scene, np.array([0.0, 1.0]), np.array([0.0, 1.0]))
+    assert np.allclose(data["std_mm"][1, 0], 0.02 * 0.5 * 1.15**1.5, rtol=1e-6)
