@@ -343,6 +343,24 @@ def test_after_the_travel_friction_may_be_anything_and_that_is_stated(tmp_path):
     assert spacing == pytest.approx(-record["force_N"][travel].mean() / 150, rel=0.05)
 
 
+def test_friction_that_turns_as_the_blade_goes_back_is_within_what_is_stated(tmp_path):
+    rig = Rig(tmp_path, after=10.0)
+    table = rig.table.copy()
+    back = table["time_s"] > REST + TRAVEL + 2
+    table.loc[back, NAMES[1]] -= table["time_s"][back] - (REST + TRAVEL + 2)
+    turned = moments(np.array([3.0]), np.array([15.0]), 150.0, 260.0)
+    for name, moment in zip(NAMES[2:], turned, strict=True):
+        table.loc[back, name] -= moment[0]
+    table.to_csv(tmp_path / "loadcells.csv", index=False)
+    record = measure_force(rig.scene()).record
+    gone = record["time_s"] > REST + TRAVEL + 3
+    # 3 N the other way and 3 N taken off: 6 N at most, against 6 / sqrt(3).
+    assert (record["force_N"][gone].abs() <= 1.96 * record["force_std_N"][gone]).all()
+    assert record["force_std_N"][gone].mean() == pytest.approx(6 / np.sqrt(3), rel=0.03)
+    held = record["time_s"].between(REST + TRAVEL + 0.5, REST + TRAVEL + 1.5)
+    assert record["force_std_N"][held].mean() == pytest.approx(3 / np.sqrt(3), rel=0.03)
+
+
 def test_friction_as_large_as_the_force_is_within_what_is_stated(tmp_path):
     rig = Rig(tmp_path, 3, friction=30.0, scatter=0.1, runs=5)
     record, force_error, arm_error = errors(measure_force(rig.scene()))

@@ -1,7 +1,6 @@
 """From the scene's load-cell log and empty-box runs to force, line of action and their uncertainties."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,6 +10,7 @@ from ploughval.axes import FORCE_COLUMNS, ForceStatus
 from ploughval.errors import ConfigError, Fault
 from ploughval.loadcells.bending import CellGeometry, horizontal_force
 from ploughval.loadcells.budget import Term
+from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells
 from ploughval.loadcells.checks import STATUSES, status_column
 from ploughval.loadcells.contact import Contact, find_contact
 from ploughval.loadcells.empty_runs import friction_from, read_empty
@@ -26,6 +26,7 @@ from ploughval.loadcells.zero import Zero
 from ploughval.scene import LoadCells, Scene
 
 Floats = NDArray[np.float64]
+_BACK = 0.02  # of its travel that the blade has gone back: friction may have turned
 _LATE_DEPTHS = 0.02  # contact this long after the onset of motion is said
 
 
@@ -41,6 +42,8 @@ class ForceResult:
         BUDGET_COLUMNS: one sample of force and line of action at the mean load.
     faults : tuple of str
         Everything found wrong in the logs and what was done about it.
+    calibration : CellCalibrationResult
+        What readings mean, and how well that is known.
     friction : Friction or None
         What was taken off for friction; None without empty runs.
     zero_Nm, zero_std_Nm, noise_std_Nm : (2,) float
@@ -60,6 +63,7 @@ class ForceResult:
     record: pd.DataFrame
     budget: pd.DataFrame
     faults: tuple[str, ...]
+    calibration: CellCalibrationResult
     friction: Friction | None
     zero_Nm: Floats
     zero_std_Nm: Floats
@@ -96,16 +100,19 @@ def measure_force(scene: Scene) -> ForceResult:
         No [loadcells] table, or a calibration constant of zero.
     DataError
         The log cannot be read or holds no usable row.
+    CalibrationError
+        Calibration files that fix nothing or contradict themselves.
     """
     cells = scene.loadcells
     if cells is None:
         raise ConfigError(scene.source, [Fault("loadcells", "nothing", "a table", "Add [loadcells].")])
-    response = _response(scene.source, cells)
+    calibration = calibrate_cells(scene)
+    response = calibration.response
     geometry = CellGeometry(
         cells.spacing_mm, cells.lower_to_tip_mm, cells.spacing_std_mm, cells.lower_to_tip_std_mm
     )
     table = read_cell_log(log_paths(scene, cells), cells)
-    faults = [*table.notes, *table.faults]
+    faults = [*table.notes, *table.faults, *calibration.faults]
     log = arrays_of(table, ", ".join(cells.log_patterns))
     if cells.rest_end_s is not None:
         log = replace(log, unloaded_s=cells.rest_end_s[0])
@@ -134,27 +141,26 @@ def measure_force(scene: Scene) -> ForceResult:
     test = replace(log, u_mm=log.u_mm - level_mm)
     contact = _contact(scene, test, found, rig, faults)
     return _gathered(
-        test, table.data["status"], found, _Told(zero, line.total, rig, contact, friction, cells, faults)
+        test,
+        table.data["status"],
+        found,
+        _Told(calibration, zero, line.total, rig, contact, friction, cells, faults),
     )
 
 
-def _response(source: Path, cells: LoadCells) -> CellResponse:
-    given = cells.calibration
-    gain = np.array([given.upper_Nm_per_unit, given.lower_Nm_per_unit])
-    if (gain == 0).any():
-        place = "loadcells.calibration." + ("upper_Nm_per_unit", "lower_Nm_per_unit")[int(gain[0] != 0)]
-        raise ConfigError(source, [Fault(place, "0", "a number other than 0")])
-    return CellResponse.constant(gain, np.array([given.upper_Nm_per_unit_std, given.lower_Nm_per_unit_std]))
-
-
 def _once_stopped(friction: Friction | None, log: RunLog, response: CellResponse) -> tuple[Term, ...]:
-    """Friction once the blade has stopped: anything between what it was and its opposite (rectangular)."""
+    """Friction after the travel: from all to none of it, or to its opposite where the blade goes back.
+
+    That of the travel is taken off: the mean square of what is too much is 1/3 or 4/3 of its square.
+    """
     stopped = log.moving & ~log.advancing
-    if friction is None or not stopped.any():
+    if friction is None or log.motion is None or not stopped.any():
         return ()
     level = (response.coefficients @ friction.mean)[:, 0]
-    cov = np.outer(level, level) * 4 / 3  # mean square of 0 to 2 of it, that of the travel being taken off
-    return (Term("friction after the travel", cov, stopped.astype(float), np.zeros(2)),)
+    end = log.u_mm[: log.motion.stop]
+    back = np.abs(log.u_mm - end[np.isfinite(end)][-1]) > _BACK * abs(log.motion.travel_mm)
+    weight = np.where(back, 4 / 3, 1 / 3) * stopped
+    return (Term("friction after the travel", np.outer(level, level), weight, np.zeros(2)),)
 
 
 def _shaved(
@@ -247,6 +253,7 @@ def _noise_N(rig: Rig) -> float:
 class _Told:
     """What goes into the result besides the arrays."""
 
+    calibration: CellCalibrationResult
     zero: Zero
     drift: Floats
     rig: Rig
@@ -275,6 +282,7 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
         record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True))),
         budget=mean_budget(found, test.advancing & np.isfinite(found.force_N)),
         faults=tuple(told.faults),
+        calibration=told.calibration,
         friction=told.friction,
         zero_Nm=slope @ told.zero.mean,
         zero_std_Nm=np.sqrt(np.diag(slope @ told.zero.mean_cov @ slope.T)),
