@@ -2,6 +2,8 @@
 
 from ploughval.loadcells.at_times import force_at
 from ploughval.loadcells.bending import CellGeometry, horizontal_force, line_of_action
+from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells
+from ploughval.loadcells.calibration_response import fit_response
 from ploughval.loadcells.drift import ZeroLine, zero_line
 from ploughval.loadcells.force import ForceResult, measure_force
 from ploughval.loadcells.friction import Friction, empty_run, friction_of
@@ -13,6 +15,7 @@ from ploughval.loadcells.smoothing import smooth
 from ploughval.loadcells.zero import Zero, zero_of
 
 __all__ = [
+    "CellCalibrationResult",
     "CellGeometry",
     "CellResponse",
     "ForceArrays",
@@ -22,8 +25,10 @@ __all__ = [
     "Rig",
     "Zero",
     "ZeroLine",
+    "calibrate_cells",
     "empty_run",
     "find_motion",
+    "fit_response",
     "force_at",
     "force_from_readings",
     "friction_of",

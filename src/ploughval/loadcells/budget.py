@@ -148,7 +148,7 @@ def _widening(part: Floats, variance: Floats, dof: float) -> Floats:
     Student's variable (JCGM 101:2008) holds up to 98.7 %.
     """
     excess = _known_poorly(dof) - 1
-    share = part / np.maximum(variance, np.finfo(float).tiny)
+    share = part / np.maximum(np.maximum(variance, part), np.finfo(float).tiny)  # at most 1 to rounding
     return np.asarray(np.sqrt(1 + excess * share * np.sqrt(share * np.sqrt(share))))  # share^1.75, by roots
 
 

@@ -123,6 +123,7 @@ def measure_force(scene: Scene) -> ForceResult:
     friction = friction_from(empty, log, zero, response, faults)
     line = zeros_over(cells, log, zero, response, faults)
     smoothed, more = unsmoothed(log.readings), _once_stopped(friction, log, response)
+    more += _scatter(calibration, log)
     if cells.bandwidth_Hz is not None:
         smoothed = smooth(log.time_s, log.readings, cells.bandwidth_Hz)
         more += _shaved(smoothed, log, zero, geometry, response, faults)
@@ -161,6 +162,14 @@ def _once_stopped(friction: Friction | None, log: RunLog, response: CellResponse
     back = np.abs(log.u_mm - end[np.isfinite(end)][-1]) > _BACK * abs(log.motion.travel_mm)
     weight = np.where(back, 4 / 3, 1 / 3) * stopped
     return (Term("friction after the travel", np.outer(level, level), weight, np.zeros(2)),)
+
+
+def _scatter(calibration: CellCalibrationResult, log: RunLog) -> tuple[Term, ...]:
+    """Hysteresis, and what else a single reading under load may be off the calibration's line."""
+    if not calibration.scatter_Nm.any():
+        return ()
+    cov = np.diag(calibration.scatter_Nm**2)
+    return (Term("scatter about the calibration", cov, log.moving.astype(float), np.zeros(2)),)
 
 
 def _shaved(

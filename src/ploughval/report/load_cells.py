@@ -3,8 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
-from ploughval.report.figures import budget_figure, by_source
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, table_of, value_cell
+from ploughval.report.figures import (
+    budget_figure,
+    by_source,
+    cell_calibration_alt,
+    cell_calibration_figure,
+)
 from ploughval.report.results import LoadCellEntry, Results
 from ploughval.report.text import MISSING, number, with_std
 
@@ -27,6 +32,9 @@ def load_cells_chapter(results: Results, pen: Pen) -> Chapter | None:
         if budget[["share", "arm_share"]].notna().any(axis=None):
             drawings.append(_shares(budget, pen))
         tables.append(_budget(budget))
+    if results.cell_calibration is not None and results.cell_quality is not None:
+        drawings.append(_residuals(results.cell_calibration, results.cell_quality, pen))
+        tables += _calibration(results)
     if not tables:
         return None
     return Chapter("budget", "Load cells and the uncertainty of the force", drawings=drawings, tables=tables)
@@ -44,6 +52,7 @@ def _how(entry: LoadCellEntry) -> Table:
         [Cell("Drift of the zeros that was taken off, N m"), Cell(_drift(entry))],
         [Cell("Friction that was taken off"), Cell(taken)],
         [Cell("Smoothed"), Cell(smoothed)],
+        [Cell("Calibration"), Cell(_calibrated(entry))],
         [Cell("Motion starts at, s"), value_cell(entry.motion_starts_s)],
         [
             Cell("Contact with the sand after a travel of, mm"),
@@ -51,6 +60,33 @@ def _how(entry: LoadCellEntry) -> Table:
         ],
     ]
     return Table("How the force came about", ("Quantity", "Value"), rows)
+
+
+def _calibrated(entry: LoadCellEntry) -> str:
+    if entry.condition is None:
+        return entry.calibration
+    return f"{entry.calibration}; condition number of the loads {number(entry.condition, 3)}"
+
+
+def _residuals(points: pd.DataFrame, quality: pd.DataFrame, pen: Pen) -> Drawing:
+    points = points.assign(used=points["used"] == "True")
+    return pen.draw(
+        cell_calibration_figure(points, quality),
+        cell_calibration_alt(points, quality),
+        "Calibration of the cells: known moments less those that the readings give. Triangles point up "
+        "while loads were put on, down while they were taken off; dashed: two standard errors; grey: below "
+        "the limit of use.",
+    )
+
+
+def _calibration(results: Results) -> list[Table]:
+    """How good the cells are, what was chosen from, and every calibration point."""
+    named = (
+        (results.cell_quality, "How good the cells are"),
+        (results.cell_models, "Models of the calibration; the least AICc is taken"),
+        (results.cell_calibration, "Calibration points"),
+    )
+    return [table_of(table, caption, folded=True) for table, caption in named if table is not None]
 
 
 def _drift(entry: LoadCellEntry) -> str:

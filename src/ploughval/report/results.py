@@ -23,6 +23,9 @@ from ploughval.axes import (
     VOLUME_COLUMNS,
 )
 from ploughval.errors import DataError
+from ploughval.loadcells.calibration import RESULT_COLUMNS
+from ploughval.loadcells.calibration_choice import CHOICE_COLUMNS
+from ploughval.loadcells.calibration_quality import QUALITY_COLUMNS
 
 MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
 PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")
@@ -88,6 +91,8 @@ class LoadCellEntry(_Entry):
     noise_std_N: Number = None
     drift_Nm: tuple[Number, ...] = ()
     friction: FrictionEntry | None = None
+    calibration: Text = ""
+    condition: Number = None
     bandwidth_Hz: Number = None
     motion_starts_s: Number = None
     contact_s: Number = None
@@ -151,6 +156,9 @@ class Results:
     bands: pd.DataFrame | None
     increments: pd.DataFrame | None
     budget: pd.DataFrame | None
+    cell_calibration: pd.DataFrame | None
+    cell_models: pd.DataFrame | None
+    cell_quality: pd.DataFrame | None
     mobilised: pd.DataFrame | None
     blade: pd.DataFrame | None
     peaks: pd.DataFrame | None
@@ -242,6 +250,9 @@ def read_results(folder: Path | str) -> Results:
         bands=_table(folder / "bands.csv", BAND_COLUMNS),
         increments=_table(folder / "increments.csv", INCREMENT_COLUMNS),
         budget=_table(folder / "budget.csv", BUDGET_COLUMNS),
+        cell_calibration=_table(folder / "cell_calibration.csv", RESULT_COLUMNS),
+        cell_models=_table(folder / "cell_models.csv", CHOICE_COLUMNS),
+        cell_quality=_table(folder / "cell_quality.csv", QUALITY_COLUMNS),
         mobilised=_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
         blade=_table(folder / "blade.csv", BLADE_COLUMNS),
         peaks=_table(folder / "peaks.csv", PEAK_COLUMNS),
@@ -321,7 +332,24 @@ def _table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
     return table
 
 
-_WORDS = {"status", "source", "kind", "unit", "mechanism"}
+_WORDS = {
+    "status",
+    "source",
+    "kind",
+    "unit",
+    "mechanism",
+    "file",
+    "run",
+    "direction",
+    "used",
+    "reason",
+    "model",
+    "why_not",
+    "quantity",
+    "cell",
+    "definition",
+    "note",
+}
 
 
 def _tracks(path: Path) -> xr.Dataset | None:

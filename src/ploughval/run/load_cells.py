@@ -46,6 +46,8 @@ def load_cell_record(force: ForceResult) -> dict[str, Any]:
             "pieces": friction.features.shape[1],
             "reading": friction.features.mean(axis=1).tolist(),
         },
+        "calibration": force.calibration.model,
+        "condition": force.calibration.condition,
         "bandwidth_Hz": force.bandwidth_Hz,
         "motion_starts_s": force.onset_s,
         "contact_s": None if contact is None else contact.time_s,

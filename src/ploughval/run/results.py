@@ -11,6 +11,9 @@ import xarray as xr
 from ploughval import axes
 from ploughval.compare import metrics_mapping
 from ploughval.errors import ConfigError, DataError, Fault
+from ploughval.loadcells.calibration import RESULT_COLUMNS
+from ploughval.loadcells.calibration_choice import CHOICE_COLUMNS
+from ploughval.loadcells.calibration_quality import QUALITY_COLUMNS
 from ploughval.model import History
 from ploughval.photos.calibration_file import calibration_record
 from ploughval.run import provenance
@@ -40,6 +43,9 @@ FILES = (
     "calibration.json",
     "increments.csv",
     "budget.csv",
+    "cell_calibration.csv",
+    "cell_models.csv",
+    "cell_quality.csv",
     "mobilised.csv",
     "peaks.csv",
     "layer_distances.csv",
@@ -132,6 +138,11 @@ def _write_measured(writer: _Writer, found: Findings) -> None:
         writer.csv("force.csv", found.force.record, axes.FORCE_COLUMNS)
         writer.csv("budget.csv", found.force.budget, axes.BUDGET_COLUMNS)
         writer.csv("force_frames.csv", force_at_frames(found), axes.FORCE_AT_COLUMNS)
+        cells = found.force.calibration
+        if len(cells.points):
+            writer.csv("cell_calibration.csv", cells.points, RESULT_COLUMNS)
+            writer.csv("cell_models.csv", cells.choice, CHOICE_COLUMNS)
+            writer.csv("cell_quality.csv", cells.quality, QUALITY_COLUMNS)
     if found.tracks is not None:
         writer.netcdf("tracks.nc", found.tracks)
     writer.csv("layers.csv", found.layers, axes.LAYER_COLUMNS)

@@ -4,6 +4,7 @@ from ploughval.report.figures.agreement import agreement_figure
 from ploughval.report.figures.bands import bands_figure
 from ploughval.report.figures.budget import budget_figure, by_source
 from ploughval.report.figures.calibration import PictureMap, residual_figure, scale_figure
+from ploughval.report.figures.cell_calibration import cell_calibration_alt, cell_calibration_figure
 from ploughval.report.figures.field import field_figure
 from ploughval.report.figures.force import arm_figure, force_figure
 from ploughval.report.figures.kinematics import kinematics_figure
@@ -24,6 +25,8 @@ __all__ = [
     "blade_figure",
     "budget_figure",
     "by_source",
+    "cell_calibration_alt",
+    "cell_calibration_figure",
     "field_figure",
     "force_figure",
     "forces_figure",
