@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from ploughval.photos.markers import ellipse_offset_px, find_markers
+from ploughval.photos.markers import find_markers
 from ploughval.synth.discs import disc_cover
 from ploughval.synth.sand import sand_texture
 
@@ -174,25 +174,3 @@ def test_plain_sand_holds_no_markers():
     image = expose(sand_texture(rng, (300, 300)).picture((300, 300)), rng, 2.0)
     found = find_markers(image, rng.uniform(50, 250, (12, 2)), 10.0)
     assert not found.found.any()
-
-
-def test_offset_of_the_ellipse_is_that_of_the_painted_ellipse():
-    # a plane seen from 30 degrees aside; the disc's outline is carried point by point, and its ellipse's
-    # centre is the centroid of the area that the carried outline encloses
-    tilt = math.radians(30.0)
-    matrix = np.array(
-        [[4.0 * math.cos(tilt), 0.0, 300.0], [0.0, -4.0, 200.0], [math.sin(tilt) / 250.0, 0.0, 1.0]]
-    )
-    centre, radius = np.array([20.0, 10.0]), 6.0
-    turn = np.linspace(0, 2 * np.pi, 4001)[:-1]
-    rim = centre + radius * np.column_stack([np.cos(turn), np.sin(turn)])
-    carried = np.column_stack([rim, np.ones(len(rim))]) @ matrix.T
-    x, y = (carried[:, :2] / carried[:, 2:]).T
-    after_x, after_y = np.roll(x, -1), np.roll(y, -1)
-    cross = x * after_y - after_x * y
-    area = cross.sum() / 2
-    centroid = np.array([((x + after_x) * cross).sum(), ((y + after_y) * cross).sum()]) / (6 * area)
-    image = matrix @ np.append(centre, 1.0)
-    offset = ellipse_offset_px(matrix, centre, radius)[0]
-    assert np.hypot(*offset) > 0.1
-    np.testing.assert_allclose(offset, centroid - image[:2] / image[2], atol=1e-4)

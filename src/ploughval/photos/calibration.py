@@ -11,10 +11,11 @@ from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, ConfigError, Fault
 from ploughval.photos.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.board import find_board
-from ploughval.photos.board_fit import fit_board, place_board
+from ploughval.photos.board_fit import centre_offset_px, fit_board, place_board
 from ploughval.photos.calibration_file import read_calibration
 from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera, window_sources
 from ploughval.photos.camera_model import PARAMETERS, CameraModel
+from ploughval.photos.control_markers import find_control_points
 from ploughval.photos.frames import FrameSeries
 from ploughval.photos.lens import Lens
 from ploughval.photos.mapping import POINT_COLUMNS, Calibration, local_axes, scale_at_origin
@@ -35,7 +36,7 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     scene : Scene
         With a [camera] table.
     frames : FrameSeries
-        Its photographs; only their size is used.
+        Its photographs: their size, and the first of them where control markers are found in it.
 
     Returns
     -------
@@ -56,7 +57,7 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     if camera.tip_px is not None:
         _check_tip(scene, camera.tip_px, frames.shape)
     if camera.control_points is not None:
-        calibration = _by_points(camera, frames.shape)
+        calibration = _by_points(camera, frames)
     elif camera.board is not None:
         calibration = _by_board(scene, camera, frames.shape)
     elif camera.calibration is not None:
@@ -115,9 +116,8 @@ def _scaled_model(camera: Camera, shape: tuple[int, int], window: Window | None)
     return model if window is None else model.moved(model.to_mm(tip_px))
 
 
-def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:
-    given = np.array(camera.control_points, float)
-    points = _point_set(given[:, :2], given[:, 2:], camera, shape)
+def _by_points(camera: Camera, frames: FrameSeries) -> Calibration:
+    points, kind, radius_px = _control_points(camera, frames)
     refuse_crossed(points)
     try:
         fit = fit_camera(points, camera.window)
@@ -125,13 +125,33 @@ def _by_points(camera: Camera, shape: tuple[int, int]) -> Calibration:
         refuse_blunder(points, None, camera.window)  # says more where it can
         raise
     refuse_blunder(points, fit, camera.window)
-    calibration = _from_fit(fit, points, f"{len(points.px)} control points", camera)
+    if radius_px is not None:
+        points = replace(points, px=points.px - centre_offset_px(fit.model, points.mm, radius_px))
+        fit = fit_camera(points, camera.window)
+    calibration = _from_fit(fit, points, kind, camera)
     if "direction" in camera.model_fields_set and camera.direction != calibration.direction:
         raise CalibrationError(
             f"the control points say that the blade travels to the {calibration.direction}, but direction is "
             f"{camera.direction}: x_mm grows along the travel. Correct the sign of x_mm or the direction."
         )
     return calibration
+
+
+def _control_points(camera: Camera, frames: FrameSeries) -> tuple[PointSet, str, Array | None]:
+    """The control points as given or found in the photograph, what to call them, and radii of discs, px."""
+    if camera.markers is None:
+        given = np.array(camera.control_points, float)
+        points = _point_set(given[:, :2], given[:, 2:], camera, frames.shape)
+        return points, f"{len(points.px)} control points", None
+    found = find_control_points(camera, frames)
+    for text in found.missing:
+        log.warning("%s", text)
+    # Paint is less exact than its image: without a stated std on the window the residuals tell more.
+    std_px = found.std_px if camera.points_std_mm > 0 else None
+    lost = f", {len(found.missing)} more not found" if found.missing else ""
+    points = _point_set(found.px, found.mm, camera, frames.shape, std_px)
+    kind = f"{len(points.px)} control markers found in the photograph{lost}"
+    return points, kind, found.radius_px
 
 
 def _point_set(

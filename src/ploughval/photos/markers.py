@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ploughval.photos.homography import project
 from ploughval.photos.marker_edges import first_circle
 from ploughval.photos.marker_fit import RimFit, Shape, fit_rim
 from ploughval.photos.marker_rim import BLUR, CX, CY, RADIUS, SKEW, STRETCH, Floats, Kind
@@ -283,36 +282,3 @@ def _unlike(fit: RimFit | None, why: str, shape: Shape, contrast: float) -> tupl
         f"what is there has a radius of {float(fit.theta[RADIUS]):.1f} px and a contrast of "
         f"{fit.contrast_grey:+.0f}; the other markers {shape.radius_px:.1f} px and {contrast:+.0f}"
     )
-
-
-def ellipse_offset_px(px_from_mm: Floats, centres_mm: ArrayLike, radius_mm: ArrayLike) -> Floats:
-    """How far the centre of a disc's image lies from the image of its centre, (N, 2) px.
-
-    A plane's discs become ellipses whose centres are not the images of the discs' centres; take this off what
-    :func:`find_markers` gives. It is the dual conic of the circle, carried by the homography (Hartley and
-    Zisserman 2004, section 2.2).
-
-    Parameters
-    ----------
-    px_from_mm : (3, 3) float
-        Homography.
-    centres_mm : (N, 2) float
-        Centres of the discs in the plane.
-    radius_mm : float or (N,) float
-        Their radii.
-
-    Examples
-    --------
-    >>> ellipse_offset_px(np.diag([5.0, -5.0, 1.0]), [[10.0, 20.0]], 2.0).tolist()
-    [[0.0, 0.0]]
-    """
-    centres = np.asarray(centres_mm, float).reshape(-1, 2)
-    radius = np.broadcast_to(np.asarray(radius_mm, float), len(centres))
-    matrix = np.asarray(px_from_mm, float)
-    dual = np.zeros((len(centres), 3, 3))  # of the circles, scaled: c c' - r^2 on the plane's own axes
-    place = np.column_stack([centres, np.ones(len(centres))])
-    dual += place[:, :, None] * place[:, None, :]
-    dual[:, [0, 1], [0, 1]] -= radius[:, None] ** 2
-    carried = matrix @ dual @ matrix.T
-    ellipse = carried[:, :2, 2] / carried[:, 2:, 2]
-    return np.asarray(ellipse - project(matrix, centres))
