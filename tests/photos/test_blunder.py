@@ -127,6 +127,12 @@ def test_a_point_off_by_a_millimetre_is_found_among_well_read_ones(points, count
 
 def test_four_points_out_of_order_are_refused_with_the_pairs_that_would_do(points):
     given = points(4, spoil=exchange_points(0, 1))
-    with pytest.raises(CalibrationError, match=r"same order.*Points 0 and 1"):
+    with pytest.raises(CalibrationError, match=r"same order.*control_points\.0 and control_points\.1"):
         refuse_crossed(given)
     refuse_crossed(points(4))
+
+
+def test_points_keep_their_numbers_where_others_were_not_found(points):
+    given = points(8, spoil=negate(2, 0)).without(0)
+    text = message(given)
+    assert "control_points.2: got" in text

@@ -76,7 +76,7 @@ def _refuse_single(points: PointSet, fit: CameraFit | None, window: Window | Non
     within_mm = 3 * _MOST_PX * np.hypot(*np.ptp(points.mm, axis=0)) / np.hypot(*np.ptp(points.px, axis=0))
     cause = _cause(points, k, place, float(within_mm))
     raise CalibrationError(
-        f"control_points.{k}: got {_shown(points, k)}; expected about "
+        f"{points.place(k)}: got {_shown(points, k)}; expected about "
         f"x_mm = {place[0]:.1f}, y_mm = {place[1]:.1f} at that px from the other {len(points.px) - 1} "
         f"points. {cause}Correct the point or take it out."
     )
@@ -115,7 +115,7 @@ def _refuse_swap(points: PointSet, fit: CameraFit | None, window: Window | None)
     if fits[best] < _FIT_PX and fits[best] < 0.1 * rms:
         i, j = best
         raise CalibrationError(
-            f"control_points.{i} and control_points.{j}: got {_shown(points, i)} and {_shown(points, j)}; "
+            f"{points.place(i)} and {points.place(j)}: got {_shown(points, i)} and {_shown(points, j)}; "
             f"expected them the other way round, for then all points agree within {fits[best]:.2f} px. "
             "Exchange their x_mm and y_mm."
         )
@@ -131,10 +131,10 @@ def _refuse_among_five(points: PointSet, fit: CameraFit | None, window: Window |
             changed = points.mm.copy()
             changed[k] = mm
             if _rms_of(points.with_mm(changed), window) < _FIT_PX:
-                repaired.append(f"{cause} at control_points.{k}: got {_shown(points, k)}")
+                repaired.append(f"{cause} at {points.place(k)}: got {_shown(points, k)}")
     for (i, j), mm in _swaps(points):
         if _rms_of(points.with_mm(mm), window) < _FIT_PX:
-            repaired.append(f"control_points.{i} and control_points.{j} are exchanged")
+            repaired.append(f"{points.place(i)} and {points.place(j)} are exchanged")
     if fit is None and not repaired:
         return  # what the fit itself says is the reason
     by = "" if fit is None else f" by {_rms(fit):.1f} px rms"
@@ -234,8 +234,9 @@ def refuse_crossed(points: PointSet) -> None:
     """
     if len(points.px) != 4 or _same_order(points.px, points.mm):
         return
-    pairs = [f"{i} and {j}" for (i, j), mm in _swaps(points) if _same_order(points.px, mm)]
-    likely = f" Points {', or '.join(pairs)} may be exchanged." if pairs else ""
+    swaps = [pair for pair, mm in _swaps(points) if _same_order(points.px, mm)]
+    pairs = [f"{points.place(i)} and {points.place(j)}" for i, j in swaps]
+    likely = f" {', or '.join(pairs)} may be exchanged." if pairs else ""
     raise CalibrationError(
         "control_points: the four do not stand in the same order around the window as in the photograph, as "
         f"they must for any camera.{likely} Check x_mm and y_mm of each"

@@ -1,5 +1,7 @@
 """A camera from the points of a board: strays left out, the centres of dots corrected for perspective."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,7 +40,7 @@ def fit_board(found: BoardPoints, points: PointSet, window: Window | None) -> tu
     if found.radius_px is None:
         return fit, points
     off = centre_offset_px(fit.model, points.mm, found.radius_px[kept])
-    points = PointSet(points.px - off, points.mm, points.shape, points.std_px)
+    points = replace(points, px=points.px - off)
     return fit_camera(points, window), points
 
 

@@ -5,7 +5,7 @@ test says that it pays (docs/theory-calibration.md, section 3).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -42,22 +42,28 @@ class PointSet:
     """Points in the photograph (N, 2) px and on the window (N, 2) mm.
 
     ``std_px`` (N,): standard uncertainty of a coordinate, None where it is not known; ``shape`` (H, W) of the
-    photographs, px.
+    photographs, px; ``numbers`` (N,): their places in the settings, None where all of them are here.
     """
 
     px: Array
     mm: Array
     shape: tuple[int, int]
     std_px: Array | None = None
+    numbers: NDArray[np.int64] | None = None
 
     def without(self, index: int) -> "PointSet":
         """All but one of the points."""
         std = None if self.std_px is None else np.delete(self.std_px, index)
-        return PointSet(np.delete(self.px, index, 0), np.delete(self.mm, index, 0), self.shape, std)
+        numbers = np.delete(np.arange(len(self.px)) if self.numbers is None else self.numbers, index)
+        return PointSet(np.delete(self.px, index, 0), np.delete(self.mm, index, 0), self.shape, std, numbers)
 
     def with_mm(self, mm: Array) -> "PointSet":
         """The same points at other places on the window."""
-        return PointSet(self.px, mm, self.shape, self.std_px)
+        return replace(self, mm=mm)
+
+    def place(self, index: int) -> str:
+        """Where a point stands in the settings."""
+        return f"control_points.{index if self.numbers is None else self.numbers[index]}"
 
     @property
     def weight(self) -> Array:
