@@ -1,8 +1,8 @@
 """Force and line of action from made load-cell records: error, coverage of the stated uncertainty, time.
 
-Every record comes from a known force and line of action through a rig whose spacing, heights, gains, zeros and
-friction are drawn from their stated uncertainties. Rows of one seed share what is systematic, seeds are
-independent. The bound is the error that the drawn sources alone leave when each is taken off as well as it can be.
+Every record comes from a known force and line of action through a rig whose spacing, heights, gains, zeros
+and friction are drawn from their stated uncertainties. Rows of one seed share what is systematic, seeds are
+independent. The bounds are the errors that noise and friction's scatter leave when all else is known.
 """
 
 import argparse
@@ -27,13 +27,14 @@ COLUMNS = (
     "force_rms_percent_of_mean",
     "bound_percent_of_mean",
     "arm_rms_mm",
+    "arm_bound_mm",
     "force_coverage_95_percent",
     "arm_coverage_95_percent",
     "coverage_std_percent",
     "seconds",
 )
 LOWER_MM, SAND_ARM_MM, BOX_ARM_MM = 260.0, 10.0, 15.0
-REST_S, TRAVEL_MM, SPEED_MM_S, RATE_HZ = 10.0, 40.0, 1.0, 20
+REST_S, TRAVEL_MM, SPEED_MM_S = 10.0, 40.0, 1.0
 NAMES = ("time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm")
 U_NOISE_MM = 0.002
 
@@ -55,13 +56,15 @@ class Case:
     session: bool = False  # calibration from a file of known forces at known arms
     drift: float = 0.0  # of the greatest upper moment, over the test
     bandwidth_Hz: float | None = None
+    rate_hz: float = 20.0
 
 
 NOISE = 0.002
 CASES = (
     Case("noise of 0.002 N m", noise_Nm=NOISE),
     Case("noise of 0.4 % of the moments", noise_share=0.004),
-    Case("the same, smoothed to 2 Hz", noise_share=0.004, bandwidth_Hz=2.0),
+    Case("the same at 100 Hz, smoothed to 2 Hz", noise_share=0.004, bandwidth_Hz=2.0, rate_hz=100.0),
+    Case("the same at 100 Hz, smoothed to 0.5 Hz", noise_share=0.004, bandwidth_Hz=0.5, rate_hz=100.0),
     Case("noise, friction scatters by 5 %", noise_Nm=NOISE, scatter=0.05),
     Case("noise, friction ramps by 30 %, scatters by 2 %", noise_Nm=NOISE, scatter=0.02, ramp=0.3),
     Case("noise, friction, geometry, gains", NOISE, 0.0, 3.0, 0.05, 0.0, 150.0, 0.1, 0.3, 0.0005),
@@ -73,7 +76,7 @@ CASES = (
 
 
 def true_force(u):
-    """A saw-tooth like a ploughing history's, N: 11 to 20 N, falling, and rising at first, within a millimetre."""
+    """A saw-tooth like a ploughing history's, 11 to 20 N, that rises and falls within a millimetre."""
     tooth = 11 + 9 * ((u / 20) % 1) ** 1.5
     falling = (u >= 20) & (u % 20 < 1)
     return np.where(u < 1, 11 * u, np.where(falling, 20 - 9 * (u % 20), tooth))
@@ -82,14 +85,14 @@ def true_force(u):
 class Rig:
     """A drawn rig: what it truly is, and what is told of it."""
 
-    def __init__(self, case, rng, rate_hz=RATE_HZ, travel_mm=TRAVEL_MM, speed_mm_s=SPEED_MM_S):
+    def __init__(self, case, rng, travel_mm=TRAVEL_MM, speed_mm_s=SPEED_MM_S):
         self.case, self.rng = case, rng
         self.spacing = case.spacing_mm + case.spacing_std_mm * rng.normal()
         self.lower = LOWER_MM + case.lower_std_mm * rng.normal()
         self.gain = 1 + case.gain_std * rng.normal(size=2)
         self.zero = rng.normal(0, 0.2, 2)
         tail = REST_S if case.drift else 0.0
-        self.t = np.arange(int((REST_S + travel_mm / speed_mm_s + tail) * rate_hz)) / rate_hz
+        self.t = np.arange(int((REST_S + travel_mm / speed_mm_s + tail) * case.rate_hz)) / case.rate_hz
         self.u = np.clip((self.t - REST_S) * speed_mm_s, 0, travel_mm)
         self.moving = (self.t > REST_S) & (self.t <= REST_S + travel_mm / speed_mm_s)
         self.force = np.where(self.moving, true_force(self.u), 0.0)
@@ -159,12 +162,17 @@ class Rig:
             }
         )
 
-    def bound(self):
-        """Least rms error of the force, N: noise of a sample, friction's scatter about the mean of three runs."""
+    def bounds(self, known):
+        """Least rms error of the force, N, and over the rows ``known`` of the line of action, mm.
+
+        Noise of a sample, and for the force the scatter of friction about the mean of three runs.
+        """
         per_Nm = 1000.0 / self.case.spacing_mm
-        noise = per_Nm * float(np.hypot(*self.noise))
         friction = self.case.friction_N * self.case.scatter * np.sqrt(1 + 1 / 3)
-        return float(np.hypot(noise, friction))
+        upper, lower = moments(self.force[known], SAND_ARM_MM, self.case.spacing_mm, LOWER_MM)
+        slopes = np.stack([lower, -upper]) * self.case.spacing_mm / (upper - lower) ** 2
+        arm = np.sqrt(np.mean((slopes**2 * self.noise[:, None] ** 2).sum(axis=0))) if known.any() else np.nan
+        return float(np.hypot(per_Nm * np.hypot(*self.noise), friction)), float(arm)
 
 
 def accuracy(case, seeds, folder):
@@ -182,17 +190,21 @@ def accuracy(case, seeds, folder):
         force_squares.append(np.nanmean(error**2))
         force_inside.append(np.mean(np.abs(error) <= 1.96 * found["force_std_N"].to_numpy()))
         known = np.isfinite(arm)
+        have = rig.moving.copy()
+        have[rig.moving] = known
         if known.any():
             arm_squares.append(np.mean(arm[known] ** 2))
             arm_inside.append(np.mean(np.abs(arm[known]) <= 1.96 * found["arm_std_mm"].to_numpy()[known]))
     mean = rig.force[rig.moving].mean()
+    force_bound, arm_bound = rig.bounds(have) if case.bandwidth_Hz is None else (np.nan, np.nan)
     return (
         case.name,
         rig.t.size,
         seeds,
         100 * np.sqrt(np.mean(force_squares)) / mean,
-        np.nan if case.bandwidth_Hz else 100 * rig.bound() / mean,
+        100 * force_bound / mean,
         np.sqrt(np.mean(arm_squares)) if arm_squares else np.nan,
+        arm_bound,
         100 * np.mean(force_inside),
         100 * np.mean(arm_inside) if arm_inside else np.nan,
         100 * np.std(force_inside) / np.sqrt(seeds),
@@ -202,8 +214,8 @@ def accuracy(case, seeds, folder):
 
 def one_hour(folder):
     """Seconds for an hour at 1 kHz, reading included."""
-    case = Case("one hour at 1 kHz, no empty runs", noise_Nm=NOISE)
-    rig = Rig(case, np.random.default_rng(0), rate_hz=1000, travel_mm=359.0, speed_mm_s=0.1)
+    case = Case("one hour at 1 kHz, no empty runs", noise_Nm=NOISE, rate_hz=1000.0)
+    rig = Rig(case, np.random.default_rng(0), travel_mm=359.0, speed_mm_s=0.1)
     scene = rig.write(folder)
     scene = scene.model_copy(update={"loadcells": scene.loadcells.model_copy(update={"empty": ()})})
     begun = time.perf_counter()
@@ -211,7 +223,7 @@ def one_hour(folder):
     seconds = time.perf_counter() - begun
     error = found["force_N"].to_numpy()[rig.moving] - case.friction_N - rig.force[rig.moving]
     rms = 100 * np.sqrt(np.nanmean(error**2)) / rig.force[rig.moving].mean()
-    return (case.name, len(found), 1, rms, *(float("nan"),) * 5, seconds)
+    return (case.name, len(found), 1, rms, *(float("nan"),) * 6, seconds)
 
 
 def main(argv=None):
