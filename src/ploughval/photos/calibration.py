@@ -150,6 +150,7 @@ def _control_points(camera: Camera, frames: FrameSeries) -> tuple[PointSet, str,
     std_px = found.std_px if camera.points_std_mm > 0 else None
     lost = f", {len(found.missing)} more not found" if found.missing else ""
     points = _point_set(found.px, found.mm, camera, frames.shape, std_px)
+    points = replace(points, numbers=found.numbers)
     kind = f"{len(points.px)} control markers found in the photograph{lost}"
     return points, kind, found.radius_px
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ploughval.errors import CalibrationError, DataError
 from ploughval.photos.frames import FrameSeries
@@ -23,6 +24,8 @@ class ControlMarkers:
         Centres of the ellipses in the photograph, and places on the window.
     std_px, radius_px : (N,) float
         Standard deviation of a coordinate in the photograph, and mean radius there.
+    numbers : (N,) int
+        Which of the control points they are.
     missing : tuple of str
         Control points that were not found, and why.
     """
@@ -31,6 +34,7 @@ class ControlMarkers:
     mm: Floats
     std_px: Floats
     radius_px: Floats
+    numbers: NDArray[np.int64]
     missing: tuple[str, ...]
 
 
@@ -67,7 +71,7 @@ def find_control_points(camera: Camera, frames: FrameSeries) -> ControlMarkers:
         )
     px, mm = found.px[there], given[there, 2:]
     std = np.sqrt(np.mean(found.std_px[there] ** 2, axis=1))
-    return ControlMarkers(px, mm, std, found.radius_px[there], missing)
+    return ControlMarkers(px, mm, std, found.radius_px[there], np.flatnonzero(there), missing)
 
 
 def _first_readable(frames: FrameSeries) -> np.ndarray:
