@@ -4,11 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from ploughval.photos.board import find_board
-from ploughval.photos.board_fit import centre_offset_px, fit_board
+from ploughval.axes import Direction
+from ploughval.photos.board import BoardPoints, find_board
+from ploughval.photos.board_fit import centre_offset_px, fit_board, place_board
 from ploughval.photos.camera_fit import PointSet, fit_camera
 from ploughval.photos.lattice import grow_lattice
-from ploughval.scene import Board
+from ploughval.scene import Board, Window
 
 SHAPE = (640, 960)
 CORNER_MM = np.array([-5.0, 110.0])  # upper left of every board, in the window's plane
@@ -160,6 +161,29 @@ def test_the_centre_of_a_tilted_dots_image_is_not_the_image_of_its_centre(camera
     off = centre_offset_px(model, mm, radius_mm / model.mm_per_px_at(centre_px))
     assert np.hypot(*off.T).max() > 0.05
     np.testing.assert_allclose(off, np.array(expected) - centre_px, atol=3e-3)  # cv2 fits in single precision
+
+
+@pytest.mark.parametrize("side", ["outside", "inside"])
+def test_a_board_on_either_face_of_the_window_places_the_sand(cameras, side):
+    seen = cameras.made_camera(
+        tilt_deg=(2.1, -2.1), distance_mm=800.0, lens=(-0.01, 0, 0, 0), pane=(20.0, 1.49)
+    )
+    window = Window(thickness_mm=20.0, distance_mm=float(seen.place_mm[2] - 20.0), points_on=side)
+    grid = cameras.window_points(40)
+    px = seen.photograph(grid, seen.outside_mm if side == "outside" else seen.sand_mm)
+    board_mm = (grid - [3.0, 7.0]) @ np.array([[0.6, -0.8], [-0.8, -0.6]])  # it lies turned and mirrored
+    first, points = fit_board(BoardPoints(px, board_mm), PointSet(px, board_mm, cameras.SHAPE), window)
+    tip_mm, ahead_mm = np.array([5.0, 2.0]), np.array([5.001, 2.0])
+    tip_px, ahead_px = seen.photograph(np.stack([tip_mm, ahead_mm]))
+    world = place_board(first.model, points.mm, tip_px, Direction.RIGHT)
+    model = fit_camera(points.with_mm(world), window).model
+    sand = cameras.over_window()
+    found = model.to_mm(seen.photograph(sand))
+    np.testing.assert_allclose(model.to_mm(tip_px), [0, 0], atol=1e-6)
+    # the rows of the picture at the tip are the line of travel: turned against the window's by the same angle
+    angle = np.arctan2(*(model.to_mm(ahead_px))[::-1])
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    np.testing.assert_allclose(found, (sand - tip_mm) @ turn, atol=1e-4)
 
 
 def test_a_lattice_is_told_from_points_that_do_not_belong_to_it(camera):
