@@ -13,7 +13,7 @@ from ploughval.scene import LogColumns
 
 NAMES = ("time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm")
 KEYS = ("time_s", "displacement_mm", "moment_upper", "moment_lower")
-EXAMPLES = 100
+EXAMPLES = 300
 SLOW = (HealthCheck.function_scoped_fixture, HealthCheck.too_slow)
 
 
