@@ -215,7 +215,7 @@ def apart(*options):
     """Run this script in a process of its own and take the result that it prints."""
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     line = [sys.executable, __file__, *options]
-    done = subprocess.run(line, capture_output=True, text=True, check=True, env=environment)
+    done = subprocess.run(line, stdout=subprocess.PIPE, text=True, check=True, env=environment)
     return json.loads(done.stdout)
 
 
