@@ -62,3 +62,30 @@ def test_doubled_picture_and_blade_that_goes_back_are_named():
 def test_what_the_picture_does_not_tell_raises_no_note(blade):
     nothing = CameraMovement(np.zeros(2), 0.0, np.full(2, np.nan), np.nan, np.nan)
     assert notes_of([movement(), nothing], blades=[5.0, blade]) == {}
+
+
+def marked(shift=(0.0, 0.0), *, turn=0.0, markers=5, missing=()):
+    return CameraMovement(
+        np.array(shift, float), 0.002, np.zeros(2), turn, 0.97, markers=markers, missing=tuple(missing)
+    )
+
+
+def test_creep_told_by_markers_is_said_as_taken_off_when_it_has_doubled():
+    texts = notes_of([marked((0.11 * k, 0.0)) for k in range(12)])
+    assert list(texts) == [3, 7]
+    assert "by 5 fixed markers the camera has moved by (+0.33, +0.00) px" in texts[3][0]
+    assert "taken off all places" in texts[3][0]
+
+
+def test_lost_marker_is_said_once_and_again_when_it_is_lost_again():
+    lost = "fixed marker 2 at (9, 9) px is not seen"
+    texts = notes_of(
+        [marked(), marked(missing=[lost]), marked(missing=[lost]), marked(), marked(missing=[lost])]
+    )
+    assert texts == {1: [lost], 4: [lost]}
+
+
+def test_frame_from_which_the_sand_has_to_tell_is_named():
+    texts = notes_of([marked(), marked(), marked(markers=0), marked(markers=0)])
+    assert list(texts) == [2]
+    assert "too few fixed markers agree" in texts[2][0]

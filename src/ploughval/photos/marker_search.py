@@ -19,7 +19,7 @@ FINE_PX = 8.0
 """Larger markers are searched for in a picture that is made smaller."""
 PIECES = 6
 """A rim votes in so many pieces; one whose edges run the other way is not counted."""
-CANDIDATES = 10
+CANDIDATES = 12
 LEAST_VOTES = 0.25
 """Share of a rim that must have an edge of the right direction."""
 
@@ -34,7 +34,12 @@ class Candidate:
 
 
 def search(
-    image: NDArray[np.generic], place_px: Floats, radius_px: float, reach_px: float
+    image: NDArray[np.generic],
+    place_px: Floats,
+    radius_px: float,
+    reach_px: float,
+    *,
+    contrast: float | None = None,
 ) -> list[Candidate]:
     """Round things near a place, the best first.
 
@@ -48,6 +53,8 @@ def search(
         Stated radius.
     reach_px : float
         How far from the place a centre may be.
+    contrast : float, optional
+        Negative for markers darker than what is about them, positive for paler ones; not given: either.
     """
     half = math.ceil(reach_px + 1.5 * radius_px + 4)
     x, y = (round(float(c)) for c in place_px)
@@ -62,6 +69,8 @@ def search(
     rows, columns = np.mgrid[: patch.shape[0], : patch.shape[1]]
     place = (np.asarray(place_px) - (left, top) + 0.5) / coarse - 0.5
     votes[np.hypot(columns - place[0], rows - place[1]) > reach_px / coarse + 1] = 0.0
+    if contrast is not None:
+        votes[votes * contrast > 0] = 0.0
     found = []
     for _ in range(CANDIDATES):
         row, column = np.unravel_index(int(np.argmax(np.abs(votes))), votes.shape)

@@ -148,12 +148,11 @@ def _find(
     (height, width), radius, reach = asked.image.shape, asked.radius, asked.reach
     if not (0 <= place[0] <= width - 1 and 0 <= place[1] <= height - 1):
         return None, f"({place[0]:.0f}, {place[1]:.0f}) px lies outside the picture of {width} x {height} px"
-    candidates = search(asked.image, place, shape.radius_px, reach)
-    if contrast is not None:
-        candidates = [c for c in candidates if c.votes * contrast < 0 or asked.kind == "ring"]
+    sign = contrast if asked.kind == "dot" else None
+    candidates = search(asked.image, place, shape.radius_px, reach, contrast=sign)
     fits: list[RimFit] = []
     for candidate in candidates:
-        fit = None if _known(candidate, fits) else _fitted(asked, candidate, shape)
+        fit = None if _known(candidate, fits, contrast) else _fitted(asked, candidate, shape)
         if fit is not None and _like_marker(fit) and (contrast is not None or fit.seen >= LEAST_SEEN):
             fits.append(fit)
     near = [f for f in fits if np.hypot(*(f.theta[[CX, CY]] - place)) <= reach]
@@ -171,12 +170,12 @@ def _find(
     return best, ""
 
 
-def _known(candidate: Candidate, fits: list[RimFit]) -> bool:
-    """Whether something round is a marker that is fitted already, whole and of about that size."""
+def _known(candidate: Candidate, fits: list[RimFit], contrast: float | None) -> bool:
+    """Whether something round is a marker that is fitted already: whole, or as the other markers are."""
     return any(
         np.hypot(*(fit.theta[[CX, CY]] - candidate.centre_px)) < 0.4 * fit.theta[RADIUS]
         and 0.7 < candidate.radius_px / fit.theta[RADIUS] < 1.4
-        and fit.seen >= WHOLE
+        and (fit.seen >= WHOLE or contrast is not None)
         for fit in fits
     )
 
