@@ -1,0 +1,38 @@
+"""What `ploughval init` knows of a folder: its files, the guesses from the photographs, the scale."""
+
+from dataclasses import dataclass
+
+from ploughval.run.guess_scale import ScaleGuess
+from ploughval.run.guesses import Guesses
+from ploughval.run.survey import Survey
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """Files, guesses and scale of one folder; scale None where it does not follow."""
+
+    there: Survey
+    guesses: Guesses
+    scale: ScaleGuess | None
+
+    @property
+    def mm_per_px(self) -> float | None:
+        """The scale, if photographs and log show one motion."""
+        return self.scale.mm_per_px if self.scale is not None and self.scale.sure else None
+
+    @property
+    def scale_text(self) -> str:
+        """That scale as text."""
+        return f"{self.mm_per_px:.5g} mm/px" if self.mm_per_px else ""
+
+    @property
+    def depth_mm(self) -> float | None:
+        """Depth of the tip, if both its px and the scale are known."""
+        depth = self.guesses.depth_px
+        return depth * self.mm_per_px if depth and self.mm_per_px else None
+
+    @property
+    def thickness_mm(self) -> float | None:
+        """Thickness of the blade, if both its px and the scale are known."""
+        blade = self.guesses.blade
+        return blade.thickness_px * self.mm_per_px if blade and self.mm_per_px else None
