@@ -137,6 +137,16 @@ def run_record(u_mm, folder):
             "compare",
         ],
         "frames": frames,
+        "noise": {
+            "grey": [60.0, 120.0, 180.0],
+            "std": [1.5, 2.0, 2.4],
+            "std_std": [0.02, 0.01, 0.02],
+            "gain": 0.0293,
+            "floor": 0.5,
+            "misfit": 1.1,
+            "mean_grey": 130.0,
+            "std_at_mean_grey": 2.07,
+        },
         "loadcells": {
             "zero_Nm": [0.137, -0.0799],
             "zero_std_Nm": [0.0012, 0.0009],

@@ -150,6 +150,21 @@ def test_the_run_record_names_versions_inputs_and_every_frame(folder, outcome):
     assert "test.toml" in record["inputs"]
     assert all(len(digest) == 64 for digest in record["inputs"].values())
     assert record["settings"]["blade"]["depth_mm"] == OPTIONS.depth_mm
+    # Rounding to whole grey levels adds 1 / 12 to the variance; 2 % is what some 10 000 pixels tell.
+    made = np.sqrt(OPTIONS.noise_grey**2 + 1 / 12)
+    assert record["noise"]["std_at_mean_grey"] == pytest.approx(made, rel=0.03)
+
+
+def test_the_force_at_each_photograph_is_that_of_the_log(outcome):
+    record = pd.read_csv(outcome.results / "force.csv")
+    frames = pd.read_csv(outcome.results / "force_frames.csv")
+    assert frames["frame"].tolist() == list(range(OPTIONS.frames))
+    for _, row in frames.iterrows():
+        near = record.iloc[(record["time_s"] - row["time_s"]).abs().argmin()]
+        # within a step of the log, 0.02 s, the force changes by less than its noise but at a switch
+        assert row["force_N"] == pytest.approx(near["force_N"], abs=0.3)
+        assert row["force_std_N"] == pytest.approx(near["force_std_N"], rel=0.2)
+    assert (frames["time_std_s"] == 0).all()  # the clocks' offset is given, and the times are of a table
 
 
 @pytest.mark.slow

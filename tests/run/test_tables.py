@@ -33,6 +33,8 @@ def record():
         status=np.array([[0, 0], [0, Status.LOW_CORRELATION]], np.int8),
         camera=np.zeros((2, 3)),
         lost_frames={},
+        noise=np.array([[150.0, 2.0, 0.01, 5000.0]]),
+        noise_line=np.array([np.nan, np.nan, 4.0, 0.1, 1.0]),
         notes={1: ["layer 10 mm: not found"]},
     )
 

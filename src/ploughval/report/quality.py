@@ -2,10 +2,12 @@
 
 from typing import Any
 
-from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
-from ploughval.report.figures import blade_figure, volume_figure
-from ploughval.report.results import FrameEntry, Results
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
+from ploughval.report.figures import blade_figure, noise_figure, volume_figure
+from ploughval.report.results import FrameEntry, NoiseEntry, Results
 from ploughval.report.text import number
+
+MISFIT = 3.0  # distances of the noise from a straight line, in their standard uncertainties
 
 
 def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
@@ -31,6 +33,8 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
                 "standard deviation: a check of scale, tip and surface. Above 1: sand has loosened.",
             )
         )
+    if run.noise is not None and run.noise.grey:
+        drawings.append(_noise(run.noise, pen))
     lost = [entry for entry in run.frames if not entry.used]
     if lost:
         tables.append(_ledger("Photographs that were lost", lost, folded=False))
@@ -40,6 +44,22 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
     if not (drawings or tables or notes or run.faults):
         return None
     return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes, faults=run.faults)
+
+
+def _noise(entry: NoiseEntry, pen: Pen) -> Drawing:
+    """Noise against grey level, in words as well."""
+    level, grey = number(entry.std_at_mean_grey, 3), number(entry.mean_grey, 3)
+    said = f"{level} grey levels at the sand's mean grey of {grey}"
+    bent = ""
+    if entry.misfit is not None and entry.misfit > MISFIT:
+        bent = " It does not follow the line: the picture was compressed, or its grey is not linear in light."
+    return pen.draw(
+        noise_figure(entry.grey, entry.std, entry.std_std, gain=entry.gain, floor=entry.floor),
+        f"Noise of the camera against grey level: {said}.",
+        f"Noise of one photograph from the difference of the first two, in sand that stays: {said}. Dashed: "
+        f"variance in proportion to light, and a floor.{bent} Standard deviations of displacements follow "
+        "the residuals of their own subset, and with them the noise at its grey.",
+    )
 
 
 def _ledger(caption: str, frames: list[FrameEntry], *, folded: bool) -> Table:

@@ -74,6 +74,19 @@ class CalibrationEntry(_Entry):
     residual_px: Number = None
 
 
+class NoiseEntry(_Entry):
+    """Noise of the camera against grey level."""
+
+    grey: tuple[float, ...]
+    std: tuple[float, ...]
+    std_std: tuple[float, ...]
+    gain: Number = None
+    floor: Number = None
+    misfit: Number = None
+    mean_grey: Number = None
+    std_at_mean_grey: Number = None
+
+
 class FrictionEntry(_Entry):
     """What was taken off for friction."""
 
@@ -115,6 +128,7 @@ class RunRecord(_Entry):
     frames: tuple[FrameEntry, ...] = ()
     calibration: CalibrationEntry | None = None
     loadcells: LoadCellEntry | None = None
+    noise: NoiseEntry | None = None
     faults: tuple[Text, ...] = ()
     warnings: tuple[Text, ...] = ()
 

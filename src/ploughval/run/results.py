@@ -19,6 +19,7 @@ from ploughval.photos.calibration_file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.load_cells import force_at_frames, load_cell_record
+from ploughval.run.noise import noise_record
 from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
@@ -233,6 +234,7 @@ def run_record(scene: Scene, found: Findings) -> dict[str, Any]:
         "steps": [step.value for step in scene.steps],
         "frames": _ledger(found),
         "calibration": _calibration_record(found),
+        "noise": None if found.window is None else noise_record(found.window.noise, found.window.noise_line),
         "clock": _clock_record(found),
         "loadcells": None if found.force is None else load_cell_record(found.force),
         "complete": found.complete,

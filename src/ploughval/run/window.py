@@ -13,6 +13,7 @@ from ploughval.errors import DataError
 from ploughval.photos import Calibration, FrameSeries
 from ploughval.piv import UNMOVED, CameraMovement, CameraWatch, FramePoints, Tracker
 from ploughval.run.frame_notes import FrameNotes
+from ploughval.run.noise import noise_arrays, noise_mask
 from ploughval.run.steadied import FixedMarkers, Steadied, camera_sees, look_steadied
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
@@ -44,6 +45,8 @@ class WindowRecord:
     status: NDArray[np.int8]  # (F, N)
     camera: Floats  # (F, 3) movement of the camera since frame 0: x, y, px, and its std; NaN: lost
     lost_frames: dict[int, str]  # frame -> reason
+    noise: Floats  # (K, 4) grey level, noise there, its std, pixels; no row: not measured
+    noise_line: Floats  # (5,) of the straight line through the noise's variance
     notes: dict[int, list[str]] = field(default_factory=dict)  # frame -> what is wrong with the picture
     unseen: dict[int, list[str]] = field(default_factory=dict)  # frame -> what it could not show, and why
 
@@ -106,7 +109,7 @@ def watch(
         walk.take(look)
         if progress is not None:
             progress("photographs", look.frame + 1, len(frames))
-    return walk.record()
+    return walk.record(looks.noise)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +134,8 @@ class _Looks:
         self._camera: CameraWatch | None = None
         self._markers: FixedMarkers | None = None
         self._last_image: Grey | None = None
+        self._calm: NDArray[np.bool_] | None = None  # where noise is measured, until it is
+        self.noise: dict[str, Floats] = {}
 
     def one_by_one(self) -> Iterator[_Look]:
         """Each frame when it is asked for."""
@@ -157,12 +162,16 @@ class _Looks:
         if self._camera is None:
             seen, movement = Steadied(self.watcher.look(frame, image)), self._mark(image)
             self._hide_markers(seen.sight, movement)
-            self._camera = CameraWatch(image, self._still(seen.sight))
+            low = self._still(seen.sight)
+            self._camera, self._calm = CameraWatch(image, low), noise_mask(low, seen.sight.sand)
         else:
             movement = camera_sees(image, self._camera, self._markers)
             seen = look_steadied(self.watcher, frame, image, movement)
             self._hide_markers(seen.sight, movement)
         doubled = self._last_image is not None and np.array_equal(image, self._last_image)
+        if self._calm is not None and self._last_image is not None and not doubled:
+            self.noise = noise_arrays(self._last_image, image, self._calm) or {}
+            self._calm = None
         self._last_image = image
         return _Look(frame, image, movement, seen.sight, doubled=doubled, straightened=seen.straightened)
 
@@ -251,8 +260,8 @@ class _Walk:
             head = np.broadcast_to([float(frame), float(layer)], (len(rows), 2))
             self._dyed.append(np.column_stack([head, rows]))
 
-    def record(self) -> WindowRecord:
-        """Everything that was taken in."""
+    def record(self, noise: dict[str, Floats]) -> WindowRecord:
+        """Everything that was taken in, and the noise where it could be measured."""
         shape = (len(self._seen), len(self._points.px)) if self._seen else (len(self._blade), 0)
         position, std, zncc, status = (
             np.stack([getattr(s, name) for s in self._seen]) if self._seen else np.empty((*shape, *more))
@@ -270,6 +279,7 @@ class _Walk:
             status=status.astype(np.int8),
             camera=self._camera,
             lost_frames=self._lost,
+            **(noise or {"noise": np.empty((0, 4)), "noise_line": np.full(5, np.nan)}),
             notes=self._notes.texts(),
             unseen=self._unseen,
         )

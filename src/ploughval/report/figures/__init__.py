@@ -9,6 +9,7 @@ from ploughval.report.figures.field import field_figure
 from ploughval.report.figures.force import arm_figure, force_figure
 from ploughval.report.figures.kinematics import kinematics_figure
 from ploughval.report.figures.layers import Picture, Side, layers_figure
+from ploughval.report.figures.noise import noise_figure
 from ploughval.report.figures.preview import preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
 from ploughval.report.figures.shear import shear_figure
@@ -33,6 +34,7 @@ __all__ = [
     "kinematics_figure",
     "layers_figure",
     "mobilised_figure",
+    "noise_figure",
     "preview_figure",
     "residual_figure",
     "scale_figure",
