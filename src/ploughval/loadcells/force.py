@@ -288,7 +288,7 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
     )
     slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
-        record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True))),
+        record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True)), copy=False),
         budget=mean_budget(found, test.advancing & np.isfinite(found.force_N)),
         faults=tuple(told.faults),
         calibration=told.calibration,
