@@ -1,5 +1,7 @@
 """Cameras with a known homography are found, and points that cannot be right are refused."""
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
@@ -303,3 +305,30 @@ def test_local_scale_and_uncertainty_have_the_shape_that_is_asked(calibrated):
     steps = cal.to_mm(px + right) - cal.to_mm(px - right), cal.to_mm(px + down) - cal.to_mm(px - down)
     area = np.abs(steps[0][..., 0] * steps[1][..., 1] - steps[0][..., 1] * steps[1][..., 0]) / 0.02**2
     np.testing.assert_allclose(cal.mm_per_px_at(px), np.sqrt(area), rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["scattered", "repeated", "unit", "in line", "careless"])
+def test_control_points_of_any_kind_are_used_or_refused(make_scene, kind):
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        count = int(rng.integers(4, 9))
+        px = rng.uniform(0, [1400, 900], (count, 2))
+        mm = (px - [300, 700]) * [0.2, -0.2]
+        if kind == "scattered":
+            mm = rng.uniform(-20, 200, (count, 2))
+        elif kind == "repeated":
+            mm[0] = mm[1]
+        elif kind == "unit":
+            mm = mm * 10.0 ** rng.integers(-9, 9)
+        elif kind == "in line":
+            px[:, 1] = 500 + rng.normal(0, 2, count)
+        else:
+            mm = mm + rng.normal(0, 3, mm.shape)
+        pane = {"thickness_mm": 20.0, "distance_mm": 300.0, "points_on": ["outside", "inside"][seed % 2]}
+        given = {"control_points": np.hstack([px, mm]).tolist(), **({"window": pane} if seed % 3 else {})}
+        try:
+            found = calibrate(make_scene(**given), SimpleNamespace(shape=SHAPE))
+        except CalibrationError:
+            continue  # any other exception, or a warning, fails
+        assert np.isfinite(found.std_mm(px)).all()
+        assert found.mm_per_px > 0

@@ -217,7 +217,9 @@ def _fit_face(points: PointSet, face: Array, terms: Terms, window: Window | None
         )
 
     guess = np.concatenate([(first / first[2, 2]).ravel()[:8], np.zeros(len(terms))])
-    found = least_squares(residual, guess, slope, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    found = least_squares(
+        residual, guess, slope, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=100
+    ).x
     values = full(found)
     matrix = np.append(values[:8], 1.0).reshape(3, 3)
     refuse_fold(matrix, scaled)
