@@ -114,8 +114,10 @@ def _scale(there: Survey, guesses: Guesses) -> ScaleGuess | None:
     record, blade, photos = there.logs.log, guesses.blade, there.photos
     if record is None or record.time_s is None or record.u_mm is None or blade is None or photos is None:
         return None
+    # a video may run faster or slower than the test did: its times tell nothing of the scale
+    time_s = photos.time_s if photos.times != "video" else np.full(len(photos.files), np.nan)
     return guess_scale(
-        photos.time_s[blade.frames],
+        time_s[blade.frames],
         blade.travel_px,
         record.time_s,
         record.u_mm,

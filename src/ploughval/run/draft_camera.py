@@ -141,7 +141,7 @@ def _earlier(found: Found) -> str:
 def _view(found: Found) -> str:
     view = found.guesses.view_px
     if view is None:
-        return f"# view_px = [x0, y0, x1, y1]     # {Camera.model_fields['view_px'].description}\n"
+        return f"# view_px = ...                  # {Camera.model_fields['view_px'].description}\n"
     return offer(
         f"view_px = [{', '.join(map(str, view))}]",
         "guess: the photographs have even borders; inside of them is",

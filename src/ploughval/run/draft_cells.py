@@ -12,17 +12,23 @@ def loadcells_text(found: Found) -> str:
     logs = found.there.logs
     record = logs.log
     if record is None:
-        left = "".join(remark(f"a table, but of other columns: {name}") for name in logs.left[:5])
-        return f"# No log of load cells was found.\n{left}# [loadcells]\n"
+        return "# No log of load cells was found.\n# [loadcells]\n"
     names = quoted(record.names[0]) if len(record.names) == 1 else listed(record.names)
     return (
-        f"[loadcells]\nlog = {names}\n"
+        f"[loadcells]\n{_log(record, names)}"
         f"{remark(_read_as(record))}{remark(record.trouble)}"
         f"{''.join(remark(f'also there, not taken: {name}') for name in logs.left[:5])}"
         f"{_empty(found)}"
         f"{ask(LoadCells, 'spacing_mm')}{ask(LoadCells, 'lower_to_tip_mm')}"
         f"{_rest(record)}{_columns(record)}{_calibration(found)}"
     )
+
+
+def _log(record: LogFound, names: str) -> str:
+    """The files of the log; a question where their columns do not say that it is one."""
+    if len(record.columns) > 1:
+        return f"log = {names}\n"
+    return ask(LoadCells, "log", names, "the columns of this table do not say what they are")
 
 
 def _read_as(record: LogFound) -> str:

@@ -3,7 +3,7 @@
 import glob
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ploughval.errors import PloughvalError
@@ -11,7 +11,7 @@ from ploughval.photos.decode import ENDINGS
 from ploughval.run.survey_logs import Logs, find_logs
 from ploughval.run.survey_photos import Photos, find_photos
 from ploughval.run.survey_tables import ENDINGS as TABLES
-from ploughval.run.survey_tables import look_at_table, of_empty_box
+from ploughval.run.survey_tables import TableFile, look_at_table, of_empty_box
 
 _NO_TEST = frozenset({"results", "truth"})
 _BOARD_ROOMS = frozenset({"calibration", "calib", "kalibrierung", "board"})
@@ -58,12 +58,20 @@ def survey(folder: Path) -> Survey:
     )
     return Survey(
         photos=photos,
-        logs=find_logs([t for t in tables if t.kind == "log" and t.path not in set(in_board_room)], folder),
+        logs=_logs([t for t in tables if t.path not in set(in_board_room)], folder),
         empty=_patterns([t.path for t in tables if t.kind == "empty"], folder),
         boards=tuple(_name(p, folder) for p in in_board_room if p.suffix.lower() in ENDINGS),
         cell_tables=tuple(_name(t.path, folder) for t in tables if t.kind == "calibration"),
         calibrations=_calibrations(folder, photos),
     )
+
+
+def _logs(tables: Sequence[TableFile], folder: Path) -> Logs:
+    """The logs; where no table has the columns of one, the first that may be one."""
+    known, unclear = ([t for t in tables if t.kind == kind] for kind in ("log", "unclear"))
+    found = find_logs(known or unclear, folder)
+    left = [_name(t.path, folder) for t in unclear] if known else []
+    return replace(found, left=(*found.left, *left))
 
 
 def _rooms(path: Path, folder: Path) -> tuple[str, ...]:

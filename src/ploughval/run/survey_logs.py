@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import PloughvalError
-from ploughval.loadcells.log import read_log
+from ploughval.loadcells.logs import read_log
 from ploughval.loadcells.motion import find_motion
 from ploughval.photos.order import natural_key
 from ploughval.run.log_words import WANTED

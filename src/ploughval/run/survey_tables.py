@@ -2,11 +2,12 @@
 
 import csv
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ploughval.loadcells.log_names import matches
+from ploughval.loadcells.logs.names import matches
 from ploughval.run.log_words import guess_columns
 
 ENDINGS = frozenset({".csv", ".txt", ".dat", ".tsv", ".asc", ".tdms"})
@@ -18,12 +19,19 @@ _EMPTY = re.compile(
 )
 _LOADS = ("load_N", "mass_kg", "moment_upper_Nm")
 
-Kind = Literal["times", "calibration", "empty", "log", "other"]
+_LEAST_COLUMNS = 2  # of a log whose columns are not recognised
+_LEAST_ROWS = 3
+_NUMBER = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?\s*")
+
+Kind = Literal["times", "calibration", "empty", "log", "unclear", "other"]
 
 
 @dataclass(frozen=True, slots=True)
 class TableFile:
-    """A table: its file, the names in its header, the columns of a log that they mean, and its kind."""
+    """A table: its file, the names in its header, the columns of a log that they mean, and its kind.
+
+    Columns without names are called 1, 2, 3 and so on.
+    """
 
     path: Path
     names: tuple[str, ...]
@@ -45,7 +53,10 @@ def _kind(path: Path, folder: Path, names: tuple[str, ...], columns: dict[str, s
         return "calibration"
     if of_empty_box(path, folder):
         return "empty"
-    return "log" if len(columns) >= 2 or (path.suffix.lower() == ".tdms" and names) else "other"
+    if len(columns) >= 2:
+        return "log"
+    wide = len(names) if path.suffix.lower() == ".tdms" else _width_of_numbers(_lines(path))
+    return "unclear" if wide >= _LEAST_COLUMNS else "other"
 
 
 def of_empty_box(path: Path, folder: Path) -> bool:
@@ -68,24 +79,53 @@ def _tdms_header(path: Path) -> tuple[tuple[str, ...], dict[str, str]]:
 
 def _header(path: Path) -> tuple[tuple[str, ...], dict[str, str]]:
     """The line of a text table that names most wanted columns, and which it names."""
+    lines = _lines(path)
+    best: tuple[tuple[str, ...], dict[str, str]] = ((), {})
+    for line in lines:
+        for sign in ";\t,|":
+            names = _fields(line, sign)
+            columns = guess_columns(names)
+            if len(names) > 1 and columns and (len(columns), len(names)) > (len(best[1]), len(best[0])):
+                best = names, columns
+    return best if best[1] else (_names_above(lines), {})
+
+
+def _names_above(lines: list[str]) -> tuple[str, ...]:
+    """The line above the first one of numbers, where it has as many fields; else the first line's fields."""
+    for k, line in enumerate(lines):
+        numbers = _numbers(line)
+        if len(numbers) < _LEAST_COLUMNS:
+            continue
+        above = [_fields(lines[k - 1], sign) for sign in ";\t,|"] if k else []
+        named = next((names for names in above if len(names) == len(numbers)), ())
+        return named or tuple(str(n + 1) for n in range(len(numbers)))
+    return next((names for line in lines[:1] for names in [_fields(line, ",")] if len(names) > 1), ())
+
+
+def _numbers(line: str) -> list[str]:
+    """Fields of a line that holds numbers alone; none of another."""
+    fields = line.strip().split(";") if ";" in line else re.split(r"[\t|,]|\s{2,}", line.strip())
+    return fields if all(_NUMBER.fullmatch(field) for field in fields) else []
+
+
+def _lines(path: Path) -> list[str]:
+    """The first lines of a text file; none of one that cannot be read."""
     try:
         with path.open("rb") as file:
             data = file.read(_HEAD_BYTES)
     except OSError:
-        return (), {}
+        return []
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
     if "\ufffd" in text:
         text = data.decode("latin-1")
-    best: tuple[tuple[str, ...], dict[str, str]] = ((), {})
-    for line in text.splitlines()[:_HEAD_LINES]:
-        for sign in ";\t,|":
-            names = _fields(line, sign)
-            columns = guess_columns(names)
-            if len(names) > 1 and (len(columns), len(names)) > (len(best[1]), len(best[0]) if columns else 0):
-                best = names, columns
-        if not best[0] and "," in line:
-            best = _fields(line, ","), {}
-    return best
+    return text.splitlines()[:_HEAD_LINES]
+
+
+def _width_of_numbers(lines: list[str]) -> int:
+    """How many numbers stand in most of the lines that hold nothing else; 0 where those are few."""
+    widths = Counter(len(fields) for fields in map(_numbers, lines) if len(fields) > 1)
+    width, count = widths.most_common(1)[0] if widths else (0, 0)
+    return width if count >= _LEAST_ROWS else 0
 
 
 def _fields(line: str, sign: str) -> tuple[str, ...]:
