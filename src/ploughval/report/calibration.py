@@ -10,7 +10,7 @@ from ploughval.report.results import CalibrationEntry, Results
 from ploughval.report.text import MISSING, number, with_std
 
 CALIBRATION_FILE = "calibration.json"
-_NODES = 25
+_NODES = 41
 
 
 def calibration_chapter(results: Results, pen: Pen) -> Chapter | None:
