@@ -1,4 +1,4 @@
-"""Where a camera stands over a plane: from its homography and the distance (Zhang 2000, section 2)."""
+"""Where a camera stands over a plane: from the plane's homography and the distance (after Zhang 2000)."""
 
 import numpy as np
 from numpy.typing import NDArray

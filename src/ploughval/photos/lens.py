@@ -1,4 +1,4 @@
-"""A lens's radial and tangential distortion about the picture's middle (Brown, 1971, eqs. 2 and 3)."""
+"""A lens's radial and tangential distortion about the picture's middle (Brown 1971; theory-calibration.md, 2)."""
 
 from dataclasses import dataclass
 
