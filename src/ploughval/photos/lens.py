@@ -1,4 +1,4 @@
-"""A lens's radial and tangential distortion about the picture's middle (Brown 1971; theory-calibration.md, 2)."""
+"""A lens's radial and tangential distortion about the picture's middle (Brown 1971; theory page, eq. 2)."""
 
 from dataclasses import dataclass
 
