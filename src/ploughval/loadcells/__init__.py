@@ -2,12 +2,11 @@
 
 from ploughval.loadcells.at_times import force_at
 from ploughval.loadcells.bending import CellGeometry, horizontal_force, line_of_action
-from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells
-from ploughval.loadcells.calibration_response import fit_response
+from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells, fit_response
 from ploughval.loadcells.drift import ZeroLine, zero_line
 from ploughval.loadcells.force import ForceResult, measure_force
 from ploughval.loadcells.friction import Friction, empty_run, friction_of
-from ploughval.loadcells.log import Log, read_log
+from ploughval.loadcells.logs import Log, read_log
 from ploughval.loadcells.motion import find_motion
 from ploughval.loadcells.record import ForceArrays, Rig, force_from_readings
 from ploughval.loadcells.response import CellResponse

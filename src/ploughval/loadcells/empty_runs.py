@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ploughval.errors import PloughvalError
 from ploughval.loadcells.friction import EmptyRun, Friction, empty_run, friction_of
-from ploughval.loadcells.log_files import log_paths, read_cell_log
+from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.run_log import RunLog, arrays_of
 from ploughval.loadcells.zero import Zero

@@ -11,11 +11,11 @@ from ploughval.errors import ConfigError, Fault
 from ploughval.loadcells.bending import CellGeometry, horizontal_force
 from ploughval.loadcells.budget import Term
 from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells
-from ploughval.loadcells.checks import STATUSES, status_column
 from ploughval.loadcells.contact import Contact, find_contact
 from ploughval.loadcells.empty_runs import friction_from, read_empty
 from ploughval.loadcells.friction import Friction
-from ploughval.loadcells.log_files import log_paths, read_cell_log
+from ploughval.loadcells.logs import log_paths, read_cell_log
+from ploughval.loadcells.logs.checks import STATUSES, status_column
 from ploughval.loadcells.record import ForceArrays, Rig, force_from_readings, mean_budget
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.rest import zero_at_rest, zeros_over

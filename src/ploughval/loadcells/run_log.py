@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.loadcells.log import Log
+from ploughval.loadcells.logs import Log
 from ploughval.loadcells.motion import Motion, find_motion
 
 Floats = NDArray[np.float64]

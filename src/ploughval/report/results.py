@@ -23,9 +23,7 @@ from ploughval.axes import (
     VOLUME_COLUMNS,
 )
 from ploughval.errors import DataError
-from ploughval.loadcells.calibration import RESULT_COLUMNS
-from ploughval.loadcells.calibration_choice import CHOICE_COLUMNS
-from ploughval.loadcells.calibration_quality import QUALITY_COLUMNS
+from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 
 MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
 PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")

@@ -4,7 +4,7 @@ import re
 import unicodedata
 from types import MappingProxyType
 
-from ploughval.loadcells.log_units import named_unit, unit_factor
+from ploughval.loadcells.logs.units import named_unit, unit_factor
 
 WANTED = ("time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm")
 _KINDS = MappingProxyType(dict(zip(WANTED, ("time", "length", "moment", "moment"), strict=True)))

@@ -11,9 +11,7 @@ import xarray as xr
 from ploughval import axes
 from ploughval.compare import metrics_mapping
 from ploughval.errors import ConfigError, DataError, Fault
-from ploughval.loadcells.calibration import RESULT_COLUMNS
-from ploughval.loadcells.calibration_choice import CHOICE_COLUMNS
-from ploughval.loadcells.calibration_quality import QUALITY_COLUMNS
+from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 from ploughval.model import History
 from ploughval.photos.calibration_file import calibration_record
 from ploughval.run import provenance
