@@ -13,7 +13,7 @@ from ploughval.photos.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.board import find_board
 from ploughval.photos.board_fit import centre_offset_px, fit_board, place_board
 from ploughval.photos.calibration_file import read_calibration
-from ploughval.photos.camera_fit import CameraFit, PointSet, fit_camera, window_sources
+from ploughval.photos.camera_fit import ASSUMED_K1_STD, CameraFit, PointSet, fit_camera, window_sources
 from ploughval.photos.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.control_markers import find_control_points
 from ploughval.photos.frames import FrameSeries
@@ -236,7 +236,7 @@ def _words(fit: CameraFit) -> str:
     taken = " and ".join(f"{', '.join(t.terms)} (p = {t.p_value:.1g})" for t in fit.tests if t.taken)
     left = "".join(f", {', '.join(t.terms)} left out (p = {t.p_value:.2g})" for t in fit.tests if not t.taken)
     if not fit.tests:
-        left = ", lens not looked for with so few points"
+        left = f", {100 * ASSUMED_K1_STD:g} % of barrel allowed for with so few points"
     return f"homography{' with lens terms ' + taken if taken else ''}{left}"
 
 
