@@ -92,12 +92,15 @@ class RimFit:
         Share of the rim that was used.
     misfit : float
         Root mean square of what the model leaves there, as a share of the contrast.
+    patchiness : float
+        The same without the white noise in it.
     """
 
     theta: Floats
     covariance: Floats
     seen: float
     misfit: float
+    patchiness: float
 
     @property
     def contrast_grey(self) -> float:
@@ -313,4 +316,21 @@ class _Fitting:
         if excess < 1 + 2 * math.sqrt(2 / spare):  # as white noise has it
             excess = 1.0
         contrast = abs(contrast_at(self.theta))
-        return RimFit(self.theta, np.asarray(covariance * excess), float(self.seen.mean()), noise / contrast)
+        patchy = self._patchiness(rim.off_px[use], rest[use], self._sector[use])
+        return RimFit(
+            self.theta,
+            np.asarray(covariance * excess),
+            float(self.seen.mean()),
+            noise / contrast,
+            patchy / contrast,
+        )
+
+    def _patchiness(self, off: Floats, rest: Floats, sector: NDArray[np.int64]) -> float:
+        """Root mean square of what is left besides white noise, from means of patches beside the rim."""
+        cell = 2 * sector + (off > 0)
+        count = np.bincount(cell)
+        there = np.flatnonzero(count)
+        total = np.bincount(cell, weights=rest)[there]
+        between = float(np.sum(total**2 / count[there]))
+        white = (float(np.sum(rest**2)) - between) / max(len(rest) - len(there), 1)
+        return math.sqrt(max((between - white * len(there)) / len(rest), 0.0))

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ploughval.photos.marker_fit import RimFit, Shape, fit_rim
 from ploughval.photos.marker_motion import LEAST, Similarity, fit_similarity
 from ploughval.photos.marker_rim import BLUR, CX, CY, RADIUS, SKEW, STRETCH, Floats, Kind
-from ploughval.photos.markers import MISFIT, UNLIKE_CONTRAST, MarkerFits, find_markers
+from ploughval.photos.markers import NOISY, PATCHY, UNLIKE_CONTRAST, MarkerFits, find_markers
 from ploughval.piv.movement import UNMOVED, CameraMovement
 
 SIZE_STD, STRETCH_STD, BLUR_STD_PX = 0.01, 0.005, 0.3
@@ -114,8 +114,8 @@ class MarkerWatch:
         """Whether a fit is of the same marker."""
         ratio = fit.contrast_grey / first.contrast_grey
         near = np.hypot(*(fit.theta[[CX, CY]] - place)) <= FAR * first.theta[RADIUS]
-        allowed = max(MISFIT, 2 * first.misfit)
-        return bool(near and 1 / UNLIKE_CONTRAST < ratio < UNLIKE_CONTRAST and fit.misfit <= allowed)
+        clean = fit.misfit <= max(NOISY, 2 * first.misfit) and fit.patchiness <= PATCHY
+        return bool(near and clean and 1 / UNLIKE_CONTRAST < ratio < UNLIKE_CONTRAST)
 
     def _searched(
         self, image: NDArray[np.generic], expected: Floats, fits: list[RimFit | None]

@@ -25,16 +25,19 @@ ROUNDEST = 0.16
 """Most of it that is accepted: axes as 1.4 to 1, a view from 43 degrees aside."""
 POOLED = 0.002
 """Markers of a picture have the stretch of each other to about this."""
-LEAST_SEEN = 0.35
-"""Share of the rim that must be seen of a marker whose shape the others do not tell."""
+LEAST_SEEN, SMALL_SEEN, SMALL_PX = 0.35, 0.8, 4.5
+"""Share of the rim that must be seen of a marker of which the others tell nothing: at least the first, and
+SMALL_PX over its radius, since grains show pieces of rims; never more than the second."""
 WHOLE = 0.8
 """Share of the rim from which a marker tells its own shape."""
 LEAST_ALIKE = 3
 """Whole markers that tell how all of a picture look."""
 UNLIKE_CONTRAST, UNLIKE_SIZE = 2.5, 1.3
 """A thing that differs from them by more than these ratios is no marker."""
-MISFIT = 0.13
+NOISY = 0.25
 """What the model may leave, as a share of the contrast, root mean square."""
+PATCHY = 0.08
+"""The same without the white noise in it: sand beside a rim, or sand that looks round, leaves more."""
 RIVAL = 0.6
 """A second marker within reach counts if it is alike and has this share of the contrast and of a rim."""
 
@@ -153,7 +156,7 @@ def _find(
     fits: list[RimFit] = []
     for candidate in candidates:
         fit = None if _known(candidate, fits, contrast) else _fitted(asked, candidate, shape)
-        if fit is not None and _like_marker(fit) and (contrast is not None or fit.seen >= LEAST_SEEN):
+        if fit is not None and _like_marker(fit) and (contrast is not None or _told_alone(fit)):
             fits.append(fit)
     near = [f for f in fits if np.hypot(*(f.theta[[CX, CY]] - place)) <= reach]
     sized = [f for f in near if SIZES[0] <= f.theta[RADIUS] / radius <= SIZES[1]]
@@ -229,7 +232,13 @@ def _median(values: Floats, otherwise: float) -> float:
 
 def _like_marker(fit: RimFit) -> bool:
     round_enough = np.hypot(*fit.theta[[STRETCH, SKEW]]) < ROUNDEST
-    return bool(fit.misfit <= MISFIT and round_enough and np.isfinite(fit.covariance).all())
+    clean = fit.misfit <= NOISY and fit.patchiness <= PATCHY
+    return bool(clean and round_enough and np.isfinite(fit.covariance).all())
+
+
+def _told_alone(fit: RimFit) -> bool:
+    """Whether enough of a rim is seen to be sure of it without other markers."""
+    return fit.seen >= max(LEAST_SEEN, min(SMALL_SEEN, SMALL_PX / float(fit.theta[RADIUS])))
 
 
 def _worth(fit: RimFit, radius: float) -> float:
@@ -241,7 +250,7 @@ def _worth(fit: RimFit, radius: float) -> float:
 def _rivals(fit: RimFit, best: RimFit) -> bool:
     apart = float(np.hypot(*(fit.theta[[CX, CY]] - best.theta[[CX, CY]])))
     strong = (
-        fit.contrast_grey / best.contrast_grey >= RIVAL and fit.seen >= RIVAL and fit.misfit <= 0.7 * MISFIT
+        fit.contrast_grey / best.contrast_grey >= RIVAL and fit.seen >= RIVAL and fit.patchiness <= PATCHY / 2
     )
     alike = abs(math.log(float(fit.theta[RADIUS] / best.theta[RADIUS]))) < 0.25
     return strong and alike and apart > 0.5 * float(best.theta[RADIUS])
