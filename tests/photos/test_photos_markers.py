@@ -169,8 +169,17 @@ def test_marker_of_another_size_is_refused_with_its_size():
     assert all("px" in reason for reason in found.reasons)
 
 
-def test_plain_sand_holds_no_markers():
+@pytest.mark.parametrize("radius", [6.0, 10.0])
+def test_plain_sand_holds_no_markers(radius):
     rng = np.random.default_rng(8)
     image = expose(sand_texture(rng, (300, 300)).picture((300, 300)), rng, 2.0)
-    found = find_markers(image, rng.uniform(50, 250, (12, 2)), 10.0)
+    found = find_markers(image, rng.uniform(50, 250, (12, 2)), radius)
     assert not found.found.any()
+
+
+def test_noise_of_a_fifth_of_the_contrast_is_still_a_marker():
+    picture, centres, rng = field(9, 8, blur=0.7, rows=2)
+    found = find_markers(expose(picture, rng, 12.0), nearby(centres, rng, 2.0), 8.0)
+    assert found.found.all()
+    # three times the noise of the other cases: three times their 0.027 px
+    assert np.sqrt(np.mean((found.px - centres) ** 2)) < 0.11

@@ -1,5 +1,6 @@
 """Fixed markers found again in every photograph: the movement of the camera, without asking the sand."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,8 @@ class MarkerWatch:
         Where the markers are in it, about.
     radius_px, reach_px, kind
         As in :func:`ploughval.photos.markers.find_markers`.
+    names : sequence of str, optional
+        What messages call each marker.
 
     Attributes
     ----------
@@ -45,8 +48,11 @@ class MarkerWatch:
         *,
         reach_px: float | None = None,
         kind: Kind = "dot",
+        names: Sequence[str] | None = None,
     ) -> None:
         self._radius, self._reach, self._kind = radius_px, reach_px, kind
+        count = len(np.asarray(approximate_px).reshape(-1, 2))
+        self.names = [f"fixed marker {k}" for k in range(count)] if names is None else list(names)
         self.first: MarkerFits = find_markers(image, approximate_px, radius_px, reach_px=reach_px, kind=kind)
         self._fits: list[RimFit | None] = list(self.first.fits)
         self._last, self._last_sand = UNMOVED, np.zeros(2)
@@ -165,7 +171,7 @@ class MarkerWatch:
             if first is None:
                 continue
             x, y = self.first.px[k]
-            name = f"fixed marker {k} at ({x:.0f}, {y:.0f}) px"
+            name = f"{self.names[k]} at ({x:.0f}, {y:.0f}) px"
             if fit is None:
                 texts.append(f"{name} is not seen")
             elif told is not None and not told.used[k]:

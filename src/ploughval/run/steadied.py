@@ -54,12 +54,16 @@ class FixedMarkers:
             table.radius_px,
             reach_px=table.reach_px,
             kind=table.kind,
+            names=[f"control point {k}" for k in range(len(camera.control_points or ()))]
+            + [f"fixed marker {k}" for k in range(len(table.fixed_px))],
         )
 
     def at_start(self) -> CameraMovement:
         """The first photograph, with the markers that are not in it."""
         first = self.watch.first
-        missing = tuple(f"fixed marker {k}: {why}" for k, why in enumerate(first.reasons) if why)
+        missing = tuple(
+            f"{name}: {why}" for name, why in zip(self.watch.names, first.reasons, strict=True) if why
+        )
         return replace(UNMOVED, markers=int(first.found.sum()) if self.watch.tells else 0, missing=missing)
 
     def hide(self, regions: Bytes, movement: CameraMovement) -> None:
