@@ -397,3 +397,13 @@ def test_the_95_per_cent_interval_of_the_force_covers_92_to_98_per_cent(draws):
 
 def test_the_95_per_cent_interval_of_the_arm_covers_92_to_98_per_cent(draws):
     assert 0.92 <= draws[:, 1].mean() <= 0.98
+
+
+def test_friction_is_taken_off_as_smoothed_as_the_readings_are(tmp_path):
+    rig = Rig(tmp_path, noise=1e-6, friction=10.0)
+    record = measure_force(rig.scene(bandwidth_Hz=1.0)).record
+    still = record["time_s"] < REST - 1.0
+    about = (record["time_s"] > REST - 0.5) & (record["time_s"] < REST + 0.5)
+    assert record["force_N"][still].abs().max() < 0.01
+    # The sand's force leaps from 0 to 30 N and is smeared: never below 0, as a step of friction would make it.
+    assert record["force_N"][about].min() > -0.05

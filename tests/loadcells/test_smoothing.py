@@ -144,3 +144,13 @@ def test_a_bandwidth_beyond_the_sampling_leaves_the_readings_as_they_are():
     np.testing.assert_array_equal(found.readings, readings)
     assert found.noise_share == 1.0
     assert not found.lost.any()
+
+
+def test_a_loss_that_is_only_noise_has_the_stated_standard_deviation():
+    rng = np.random.default_rng(8)
+    noise = np.array([[4e-6, 1e-6], [1e-6, 9e-6]])
+    time = np.arange(60_000) * 0.01
+    found = smooth(time, np.linalg.cholesky(noise) @ rng.normal(size=(2, time.size)), 2.0)
+    gradient = np.array([6.0, -7.0])
+    # 60 000 rows over a kernel of 6.6 rows are some 3 000 independent ones: 1.3 % of a standard deviation.
+    assert (gradient @ found.lost).std() == pytest.approx(found.lost_std(gradient, noise), rel=0.06)

@@ -124,15 +124,17 @@ def measure_force(scene: Scene) -> ForceResult:
     line = zeros_over(cells, log, zero, response, faults)
     smoothed, more = unsmoothed(log.readings), _once_stopped(friction, log, response)
     more += _scatter(calibration, log)
+    moving = log.moving.astype(np.float64)
     if cells.bandwidth_Hz is not None:
         smoothed = smooth(log.time_s, log.readings, cells.bandwidth_Hz)
+        moving = smooth(log.time_s, np.stack([moving, moving]), cells.bandwidth_Hz).readings[0]
         more += _shaved(smoothed, log, zero, geometry, response, faults)
     rig = Rig(geometry, response, zero.noise_cov * smoothed.noise_share)
     found = force_from_readings(
         smoothed.readings,
         rig,
         line,
-        moving=log.moving,
+        moving=moving,
         friction=friction,
         friction_at=_filled(log.u_mm - level_mm),
         more=more,
@@ -188,9 +190,14 @@ def _shaved(
     if np.isfinite(force).any():
         top = int(np.nanargmax(force))
         upper, lower = slope @ smoothed.lost[:, top]
+        lost = (upper - lower) * geometry.per_Nm
+        told = abs(lost) > 2 * smoothed.lost_std(
+            geometry.per_Nm * np.array([1.0, -1.0]) @ slope, zero.noise_cov
+        )
+        loss = f"about {lost:.3g} N" if told else "no more than its noise"
         faults.append(
-            f"smoothing leaves {100 * smoothed.noise_share**0.5:.3g} % of the noise and takes about "
-            f"{(upper - lower) * geometry.per_Nm:.3g} N off the highest peak of {force[top]:.4g} N"
+            f"smoothing leaves {100 * smoothed.noise_share**0.5:.3g} % of the noise and takes {loss} off the "
+            f"highest peak of {force[top]:.4g} N"
         )
     weight = smoothed.lost_weight(log.advancing, zero.noise_cov)
     return (Term("smoothing", slope @ cov @ slope.T, weight, np.zeros(2)),)

@@ -58,7 +58,7 @@ def force_from_readings(
     rig: Rig,
     zero: ZeroLine,
     *,
-    moving: NDArray[np.bool_],
+    moving: NDArray[np.bool_] | Floats,
     friction: Friction | None = None,
     friction_at: Floats | None = None,
     more: tuple[Term, ...] = (),
@@ -74,8 +74,8 @@ def force_from_readings(
         The two cells.
     zero : ZeroLine
         Offsets to be taken off.
-    moving : (N,) bool
-        Rows in which friction acts.
+    moving : (N,) bool or float
+        Rows in which friction acts; of smoothed readings the share of it, smoothed alike.
     friction : Friction or None
         From empty runs; None: nothing is taken off.
     friction_at : (N,) float or None, mm
@@ -91,17 +91,18 @@ def force_from_readings(
     ForceArrays
     """
     geometry, response = rig.geometry, rig.response
+    share = np.asarray(moving, np.float64)
     raw = response.features(readings - zero.offset)
     raw_cells = response.coefficients @ raw
     raw_N = _resultant(raw_cells, geometry)
     net, friction_N = raw, np.full(raw_N.shape, np.nan)
     if friction is not None:
         at = friction.mean if friction_at is None else friction.at(friction_at)
-        taken = np.where(moving, at, 0.0)
+        taken = at * share
         friction_N, net = _resultant(response.coefficients @ taken, geometry), raw - taken
-    slope = response.slopes(_mean_reading(readings - zero.offset, moving))
+    slope = response.slopes(_mean_reading(readings - zero.offset, share > 0.5))
     always = _always(rig, zero, slope) + more
-    sources = Sources(always + _friction_terms(friction, moving, response), response, geometry)
+    sources = Sources(always + _friction_terms(friction, share, response), response, geometry)
     force_cells = response.coefficients @ net
     force_N = _resultant(force_cells, geometry)
     std_N = force_std(net, sources)
@@ -161,12 +162,10 @@ def _always(rig: Rig, zero: ZeroLine, slope: Floats) -> tuple[Term, ...]:
     return tuple(terms)
 
 
-def _friction_terms(
-    friction: Friction | None, moving: NDArray[np.bool_], response: CellResponse
-) -> tuple[Term, ...]:
+def _friction_terms(friction: Friction | None, share: Floats, response: CellResponse) -> tuple[Term, ...]:
     if friction is None:
         return ()
-    while_moving = moving.astype(np.float64)
+    while_moving = share**2
     level = response.coefficients @ friction.features.mean(axis=1)
     return (
         Term("friction", friction.cov, while_moving, level, friction.dof),

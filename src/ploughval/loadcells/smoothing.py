@@ -44,6 +44,10 @@ class Smoothed:
             return np.zeros((2, 2))
         return positive(lost @ lost.T / lost.shape[1] - _LOST_NOISE * self.noise_share * noise_cov)
 
+    def lost_std(self, gradient: Floats, noise_cov: Floats) -> float:
+        """Standard deviation that noise (2, 2) of one sample gives the loss of a result of slopes (2,)."""
+        return float(np.sqrt(_LOST_NOISE * self.noise_share * (gradient @ noise_cov @ gradient)))
+
     def lost_weight(self, moving: NDArray[np.bool_], noise_cov: Floats) -> Floats:
         """Share (N,) of ``lost_cov`` that a row has: large at peaks and steps, of mean 1 over rows (N,)."""
         noise = _LOST_NOISE * self.noise_share * float(np.trace(noise_cov))

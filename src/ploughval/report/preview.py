@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ploughval.errors import ConfigError, DataError, Fault
-from ploughval.report.figures import preview_figure
+from ploughval.report.figures.preview import Shown, preview_figure
 from ploughval.report.figures.style import saved
 from ploughval.report.text import slug
 
@@ -39,22 +39,45 @@ def write_preview(found: "Preview", picture: Path | None = None) -> Path:
     DataError
         No photograph in the preview, or the disk refuses.
     """
-    if found.image is None or found.calibration is None:
-        raise DataError("the preview holds no photograph to show")
-    if picture is None:
-        picture = Path(tempfile.mkdtemp(prefix="ploughval-check-")) / f"{slug(found.name)}.png"
-    if picture.suffix.lower() not in FORMATS:
+    if picture is not None and picture.suffix.lower() not in FORMATS:
         fault = Fault("picture", repr(picture.name), f"a name ending in {', '.join(FORMATS)}")
         raise ConfigError("check", [fault])
-    scene, sight, points = found.scene, found.sight, found.points
-    figure = preview_figure(
-        found.image,
-        found.calibration,
-        np.empty((0, 2)) if points is None else points.px,
-        () if scene.tracers is None else scene.tracers.layers_mm,
-        None if sight is None else sight.surface_mm,
-        None if scene.camera is None else scene.camera.tip_px,
-        sand=None if sight is None else sight.sand,
+    figure = preview_figure(shown_of(found))
+    if picture is None:
+        picture = Path(tempfile.mkdtemp(prefix="ploughval-check-")) / f"{slug(found.name)}.png"
+    return saved(figure, picture)
+
+
+def shown_of(found: "Preview") -> Shown:
+    """What of a preview is drawn.
+
+    Raises
+    ------
+    DataError
+        No photograph in it.
+    """
+    seen, scene = found.seen, found.scene
+    if seen.image is None or scene is None:
+        raise DataError("the preview holds no photograph to show")
+    camera, calibration = scene.camera, seen.calibration
+    moved = np.empty((0, 2))
+    if seen.tracks is not None:
+        moved = np.where(seen.tracks.valid[:, None], seen.tracks.displacement, np.nan)
+    points = None if calibration is None else calibration.points
+    return Shown(
+        image=seen.image,
+        calibration=calibration,
+        regions=None if seen.sight is None else seen.sight.regions,
+        points_px=np.empty((0, 2)) if seen.points is None else seen.points.px,
+        moved_px=moved,
+        layers_mm=() if scene.tracers is None else scene.tracers.layers_mm,
+        surface_mm=None if seen.sight is None else seen.sight.surface_mm,
+        tip_px=None if camera is None or camera.tip_px is None else np.array(camera.tip_px),
+        fitted_px=np.empty((0, 2)) if points is None else points[["px_x", "px_y"]].to_numpy(float),
+        residual_px=np.empty((0, 2))
+        if points is None
+        else points[["residual_x_px", "residual_y_px"]].to_numpy(float),
+        markers_px=seen.markers_px,
+        missing_px=seen.missing_px,
         extent_x_mm=scene.box.length_mm or 4 * scene.blade.depth_mm,
     )
-    return saved(figure, picture)

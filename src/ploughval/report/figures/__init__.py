@@ -10,7 +10,7 @@ from ploughval.report.figures.force import arm_figure, force_figure
 from ploughval.report.figures.kinematics import kinematics_figure
 from ploughval.report.figures.layers import Picture, Side, layers_figure
 from ploughval.report.figures.noise import noise_figure
-from ploughval.report.figures.preview import preview_figure
+from ploughval.report.figures.preview import Shown, preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
 from ploughval.report.figures.shear import shear_figure
 from ploughval.report.figures.soil import mobilised_figure
@@ -19,6 +19,7 @@ from ploughval.report.figures.volume import volume_figure
 __all__ = [
     "Picture",
     "PictureMap",
+    "Shown",
     "Side",
     "agreement_figure",
     "arm_figure",

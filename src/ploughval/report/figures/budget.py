@@ -10,11 +10,14 @@ LEAST_SHARE = 0.0005  # what is less is in the table alone
 
 
 def by_source(budget: pd.DataFrame) -> pd.DataFrame:
-    """Shares (columns source, share, arm_share) with those of the two cells added up.
+    """Shares (columns source, share, arm_share) with those of the two cells and of all constants added up.
 
     What a source does to both cells at once cancels or adds in a result: alone, a cell's share says little.
     """
-    both = budget["source"].str.replace(r", (upper|lower) cell$", "", regex=True)
+    both = budget["source"].str.replace(
+        r"^(calibration|cross-talk|second order).*$", "calibration", regex=True
+    )
+    both = both.str.replace(r", (upper|lower) cell$", "", regex=True)
     return budget.groupby(both, sort=False)[["share", "arm_share"]].sum(min_count=1).reset_index()
 
 
@@ -57,5 +60,5 @@ def budget_figure(budget: pd.DataFrame) -> Figure:
         axes.set_xticks([0, 50, 100])
         axes.set_yticks(places, [plain(name.replace("_", " ")) for name in rows["source"]])
         axes.set_title(text, loc="left")
-        axes.set_xlabel("share of the variance, %")
+    figure.supxlabel("share of the variance, %", fontsize=10)
     return figure

@@ -128,7 +128,7 @@ def _wrong(axes: Axes, points: pd.DataFrame, cell: str) -> None:
     for x, y, value, row in zip(moment, place, residual, wrong["row"], strict=True):
         beyond = x > 0.6 * right + 0.4 * left
         axes.annotate(
-            f"row {row}: {value:+.3g}".replace("-", "−"),
+            f"row {row:.0f}: {value:+.3g}".replace("-", "−"),
             (x, y),
             xytext=(-8 if beyond else 8, 0),
             textcoords="offset points",

@@ -1,100 +1,236 @@
 """What `ploughval check` shows: the first photograph with what was understood of it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
-from numpy.typing import ArrayLike, NDArray
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
+from ploughval.axes import Region
 from ploughval.report.figures.style import SERIES, new_figure, styled
 from ploughval.report.photographs import ToPixels, eight_bit
 
+Floats = NDArray[np.float64]
+
 _HALO = [Stroke(linewidth=3.2, foreground="#ffffff", alpha=0.8), Normal()]
-_SURFACE, _POINTS, _TIP, _AXES = "#e69f00", "#f0e442", "#d55d00", "#cc79a7"
+_ARROWS = "#39d353"
+_SURFACE, _POINTS, _TIP, _AXES, _GONE = "#e69f00", "#f0e442", "#d55d00", "#cc79a7", "#c00000"
+_TINTS = {  # region: name, colour, opacity
+    Region.AIR: ("air", "#56b4e9", 0.22),
+    Region.BLADE: ("blade", "#d55e00", 0.45),
+    Region.TRENCH: ("behind the blade", "#cc79a7", 0.28),
+    Region.OUTSIDE: ("outside", "#1b1f23", 0.6),
+}
+_SHOWN_PX = 1600  # columns of the photograph that are drawn
+_ARROW_SHARE = 0.04  # of the picture's width, for the longest arrow
+_TICKS = 6
+_TICKED = 0.97  # of an axis, for a number beyond would be cut
+
+
+def _none() -> Floats:
+    return np.empty((0, 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """What is drawn over the first photograph; what is not there is left out.
+
+    Attributes
+    ----------
+    image : (H, W) uint8 or uint16
+    calibration : ToPixels or None
+        Only ``to_px`` is used.
+    regions : (H, W) uint8 or None
+        Codes of :class:`ploughval.axes.Region`.
+    points_px : (N, 2) float, px
+        Points that will be tracked.
+    moved_px : (N, 2) float, px
+        First displacement of each, NaN where it is not valid; empty: not known.
+    layers_mm : sequence of float
+        Heights above the tip.
+    surface_mm : (M, 2) float, mm, or None
+    tip_px : (2,) float, px, or None
+        None: where the calibration puts the origin.
+    fitted_px, residual_px : (K, 2) float, px
+        Control points, or points of a board, and projected minus given.
+    markers_px, missing_px : (K, 2) float, px
+        Painted markers that were found; places at which none was.
+    extent_x_mm : float
+        How far ahead of the blade layers and axes are drawn.
+    """
+
+    image: NDArray[np.generic]
+    calibration: ToPixels | None = None
+    regions: NDArray[np.uint8] | None = None
+    points_px: Floats = field(default_factory=_none)
+    moved_px: Floats = field(default_factory=_none)
+    layers_mm: Sequence[float] = ()
+    surface_mm: Floats | None = None
+    tip_px: Floats | None = None
+    fitted_px: Floats = field(default_factory=_none)
+    residual_px: Floats = field(default_factory=_none)
+    markers_px: Floats = field(default_factory=_none)
+    missing_px: Floats = field(default_factory=_none)
+    extent_x_mm: float = 100.0
 
 
 @styled
-def preview_figure(
-    image: ArrayLike,
-    calibration: ToPixels,
-    points_px: ArrayLike,
-    layers: Sequence[float] = (),
-    surface: ArrayLike | None = None,
-    tip: ArrayLike | None = None,
-    *,
-    sand: ArrayLike | None = None,
-    extent_x_mm: float = 100.0,
-) -> Figure:
-    """The first photograph with sand outline, points, layers, free surface, tip and world axes over it.
-
-    Parameters
-    ----------
-    image : (H, W) uint8 or uint16
-        The first photograph.
-    calibration : Calibration
-        Only ``to_px`` is used.
-    points_px : (N, 2) float, px
-        Points that will be tracked.
-    layers : sequence of float, mm
-        Heights above the tip.
-    surface : (M, 2) float, mm, or None
-        Free surface in world coordinates.
-    tip : (2,) float, px, or None
-        Blade face at tip level; None: where the calibration puts the origin.
-    sand : (H, W) bool or None
-        Its outline is drawn.
-    extent_x_mm : float, mm
-        How far ahead of the blade layers are drawn.
-    """
-    grey = np.asarray(image)
+def preview_figure(shown: Shown) -> Figure:
+    """The first photograph with regions, points, layers, surface, tip, axes and calibration over it."""
+    grey = np.asarray(shown.image)
     height, width = grey.shape[:2]
-    figure = new_figure(max(2.5, 9.0 * height / width + 0.8), width_in=9.0)
+    figure = new_figure(max(2.5, 9.0 * height / width + 1.4), width_in=9.0)
     axes = figure.subplots()
-    step = max(1, width // 1600)
-    axes.imshow(
-        eight_bit(grey)[::step, ::step],
-        cmap="gray",
-        vmin=0,
-        vmax=255,
-        extent=(-0.5, width - 0.5, height - 0.5, -0.5),
-    )
-    if sand is not None:
-        axes.contour(np.asarray(sand, float), levels=[0.5], colors=[SERIES[2]], linewidths=1.6)
-        axes.plot([], [], color=SERIES[2], label="sand, air and blade apart")
-    points = np.asarray(points_px, float).reshape(-1, 2)
-    axes.plot(
-        points[:, 0], points[:, 1], "+", ms=4, mew=1.1, color=_POINTS, label=f"{len(points)} points to track"
-    )
-    _material_lines(axes, calibration, layers, surface, extent_x_mm)
-    _origin(axes, calibration, tip, extent_x_mm)
+    step = max(1, width // _SHOWN_PX)
+    extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+    axes.imshow(eight_bit(grey)[::step, ::step], cmap="gray", vmin=0, vmax=255, extent=extent)
+    if shown.regions is not None:
+        _tint(axes, shown.regions[::step, ::step], extent)
+    _tracked(axes, shown, width)
+    if shown.calibration is not None:
+        _material_lines(axes, shown.calibration, shown)
+        _world(axes, shown.calibration, shown, (height, width))
+    _tip(axes, shown)
+    _calibrated(axes, shown, width)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xlabel="x, px", ylabel="y, px")
     axes.grid(visible=False)
-    figure.legend(loc="outside upper center", ncols=5)
+    handles, _ = axes.get_legend_handles_labels()
+    if handles:
+        figure.legend(loc="outside upper center", ncols=4)
     return figure
 
 
-def _material_lines(
-    axes: Axes, calibration: ToPixels, layers: Sequence[float], surface: ArrayLike | None, extent_x_mm: float
-) -> None:
-    label: str | None = "layers"
-    for height in layers:
-        line = calibration.to_px(np.column_stack([np.linspace(0, extent_x_mm, 80), np.full(80, height)]))
+def _tint(axes: Axes, regions: NDArray[np.uint8], extent: tuple[float, float, float, float]) -> None:
+    """Everything that is not sand, tinted; the border of the sand."""
+    tint = np.zeros((*regions.shape, 4))
+    for region, (name, colour, opacity) in _TINTS.items():
+        there = regions == region
+        if there.any():
+            rgb = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+            tint[there] = [*rgb, opacity]
+            axes.plot([], [], "s", ms=8, color=rgb, alpha=min(1.0, 2 * opacity), label=name)
+    axes.imshow(tint, extent=extent, interpolation="nearest")
+    sand = (regions == Region.SAND).astype(float)
+    if 0 < sand.mean() < 1:
+        rows, columns = regions.shape
+        x = extent[0] + (np.arange(columns) + 0.5) * (extent[1] - extent[0]) / columns
+        y = extent[3] + (np.arange(rows) + 0.5) * (extent[2] - extent[3]) / rows
+        axes.contour(x, y, sand, levels=[0.5], colors=[SERIES[2]], linewidths=1.4)
+        axes.plot([], [], color=SERIES[2], label="border of the sand")
+
+
+def _tracked(axes: Axes, shown: Shown, width: int) -> None:
+    """Points, those of them that were lost between the first photographs, and how far the others went."""
+    points = np.asarray(shown.points_px, float).reshape(-1, 2)
+    if not len(points):
+        return
+    valid: NDArray[np.bool_] = np.ones(len(points), bool)
+    if len(shown.moved_px):
+        valid = np.asarray(np.isfinite(shown.moved_px).all(axis=1), bool)
+    kept, lost = points[valid], points[~valid]
+    label = f"{len(points)} points to track"
+    axes.plot(kept[:, 0], kept[:, 1], "+", ms=4, mew=1.1, color=_POINTS, label=label)
+    if len(lost):
+        axes.plot(lost[:, 0], lost[:, 1], "x", ms=4, mew=1.1, color=_GONE, label=f"{len(lost)} lost at once")
+    longest = float(np.hypot(*shown.moved_px[valid].T).max(initial=0.0)) if len(shown.moved_px) else 0.0
+    if longest > 0:
+        times = _nice(_ARROW_SHARE * width / longest)
+        way = times * shown.moved_px[valid]
+        axes.quiver(
+            *kept.T, *way.T, angles="xy", scale_units="xy", scale=1.0, width=0.0012, color=_ARROWS,
+            label=f"first displacement, times {times:g}",
+        )  # fmt: skip
+
+
+def _nice(value: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above a value; at least 1."""
+    if value <= 1:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= value))
+
+
+def _material_lines(axes: Axes, calibration: ToPixels, shown: Shown) -> None:
+    label: str | None = "layers, mm above the tip"
+    for height in shown.layers_mm:
+        x_mm = np.linspace(0, shown.extent_x_mm, 80)
+        line = calibration.to_px(np.column_stack([x_mm, np.full(80, height)]))
         axes.plot(line[:, 0], line[:, 1], color=SERIES[0], lw=1.2, path_effects=_HALO, label=label)
-        axes.annotate(f"{height:g}", line[-1], fontsize=8, color=SERIES[0], path_effects=_HALO)
+        beside = line[4]
+        axes.annotate(
+            f"{height:g}", beside, fontsize=8, color=SERIES[0], path_effects=_HALO, va="center", clip_on=True
+        )
         label = None
-    if surface is not None:
-        line = calibration.to_px(np.asarray(surface, float).reshape(-1, 2))
+    if shown.surface_mm is not None and len(shown.surface_mm):
+        line = calibration.to_px(np.asarray(shown.surface_mm, float).reshape(-1, 2))
         axes.plot(line[:, 0], line[:, 1], color=_SURFACE, lw=1.6, label="free surface")
 
 
-def _origin(axes: Axes, calibration: ToPixels, tip: ArrayLike | None, extent_x_mm: float) -> None:
-    """World axes, a quarter of the extent long, and the tip."""
-    arm = extent_x_mm / 4
-    ends: NDArray[np.float64] = calibration.to_px(np.array([[0.0, 0.0], [arm, 0.0], [0.0, arm]]))
-    for end, name in ((ends[1], f"x {arm:g} mm"), (ends[2], f"y {arm:g} mm")):
-        axes.annotate("", end, xytext=ends[0], arrowprops={"arrowstyle": "->", "color": _AXES, "lw": 2})
-        axes.annotate(name, end, fontsize=9, color=_AXES, path_effects=_HALO)
-    place = ends[0] if tip is None else np.asarray(tip, float)
-    axes.plot([place[0]], [place[1]], "P", color=_TIP, ms=9, mec="#ffffff", label="tip of the blade")
+def _world(axes: Axes, calibration: ToPixels, shown: Shown, shape: tuple[int, int]) -> None:
+    """World axes through the tip, with ticks in mm as far as the photograph goes."""
+    height, width = shape
+    reach = shown.extent_x_mm
+    for unit, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
+        along = np.linspace(0.0, reach, 400)
+        line = calibration.to_px(along[:, None] * unit)
+        inside = np.all((line >= -0.5) & (line <= [width - 0.5, height - 0.5]), axis=1)
+        if inside.sum() < 2:
+            continue
+        far = float(along[inside].max())
+        shown_line = line[inside]
+        axes.plot(shown_line[:, 0], shown_line[:, 1], color=_AXES, lw=1.8)
+        ticks = [
+            t
+            for t in MaxNLocator(_TICKS, steps=[1, 2, 5, 10]).tick_values(0.0, far)
+            if 0 < t <= _TICKED * far
+        ]
+        across = np.array([0.0, -1.0]) if name == "x" else np.array([-1.0, 0.0])
+        size = 0.006 * reach
+        for tick in ticks:
+            ends = calibration.to_px(np.stack([tick * unit - size * across, tick * unit + size * across]))
+            axes.plot(ends[:, 0], ends[:, 1], color=_AXES, lw=1.4)
+            x, y = calibration.to_px(tick * unit + 2.2 * size * across)
+            axes.annotate(
+                f"{tick:g}", (x, y), fontsize=8, color=_AXES,
+                path_effects=_HALO, ha="center", va="center", clip_on=True,
+            )  # fmt: skip
+    axes.plot([], [], color=_AXES, label="world axes, mm")
+
+
+def _tip(axes: Axes, shown: Shown) -> None:
+    if shown.tip_px is not None:
+        place = np.asarray(shown.tip_px, float)
+    elif shown.calibration is not None:
+        place = shown.calibration.to_px(np.zeros(2))
+    else:
+        return
+    axes.plot(
+        [place[0]], [place[1]], "P", color=_TIP, ms=9, mec="#ffffff", ls="none", label="tip of the blade"
+    )
+
+
+def _calibrated(axes: Axes, shown: Shown, width: int) -> None:
+    """Points of the calibration with their residuals, and painted markers."""
+    if len(shown.fitted_px):
+        x, y = shown.fitted_px.T
+        label = f"{len(x)} points of the calibration"
+        axes.plot(x, y, "o", ms=6, mfc="none", mec=SERIES[3], mew=1.3, ls="none", label=label)
+        longest = float(np.hypot(*shown.residual_px.T).max(initial=0.0))
+        if longest > 1e-9:
+            times = _nice(_ARROW_SHARE * width / longest)
+            axes.quiver(
+                x, y, *(times * shown.residual_px).T, angles="xy", scale_units="xy", scale=1.0, width=0.0016,
+                color=SERIES[3], label=f"their residuals, times {times:g}",
+            )  # fmt: skip
+    if len(shown.markers_px):
+        x, y = shown.markers_px.T
+        label = f"{len(x)} markers found"
+        axes.plot(x, y, "s", ms=9, mfc="none", mec=SERIES[5], mew=1.4, ls="none", label=label)
+    if len(shown.missing_px):
+        x, y = shown.missing_px.T
+        label = f"{len(x)} markers not found"
+        axes.plot(x, y, "X", ms=9, mfc=_GONE, mec="#ffffff", mew=0.8, ls="none", label=label)
