@@ -151,16 +151,27 @@ def check(
     """Validate everything, preview calibration, masks and first tracks; the test folder is not changed."""
     with _command(as_json) as talk:
         from ploughval.report import write_preview
+        from ploughval.run.check_findings import Level
         from ploughval.run.preview import preview
 
         found = preview(folder)
         for line in found.lines:
             talk.say(line)
-        talk.summary = {"test": found.name, "lines": list(found.lines), "picture": None}
-        if found.image is not None:
+        talk.summary = {
+            "test": found.name,
+            "lines": list(found.lines),
+            "findings": [finding.to_json() for finding in found.findings],
+            "picture": None,
+        }
+        if found.seen.image is not None:
             path = write_preview(found, picture)
             talk.summary["picture"] = str(path)
             talk.say(f"preview: {path}")
+        for finding in found.findings:
+            (talk.say if finding.level is Level.REMARK else talk.warn)(f"{finding.level.value}: {finding}")
+        code = {Level.REFUSED: REFUSED, Level.LOST: INCOMPLETE}.get(found.worst or Level.REMARK, DONE)
+        if code != DONE:
+            raise typer.Exit(code)
 
 
 def _process_one(folder: Path, out: Path | None, **options: Any) -> Any:

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from ploughval.axes import Region
 from ploughval.report import figures
 from ploughval.report.figures.field import increment
 from ploughval.report.figures.force import thin
@@ -250,27 +251,53 @@ def test_sixteen_bit_greys_are_stretched_not_cut():
     assert (np.diff(grey[0].astype(int)) >= 0).all()
 
 
-def test_preview_shows_points_layers_and_tip_where_they_are():
+def test_preview_shows_regions_points_layers_and_tip_where_they_are():
     image = np.random.default_rng(0).integers(0, 255, (300, 400), dtype=np.uint8)
     calibration, points = Turned(), np.array([[100.0, 200.0], [150.0, 220.0]])
-    sand = np.zeros(image.shape, bool)
-    sand[150:] = True
-    figure = figures.preview_figure(
+    regions = np.full(image.shape, Region.AIR, np.uint8)
+    regions[150:] = Region.SAND
+    regions[:150, :20] = Region.BLADE
+    shown = figures.Shown(
         image,
         calibration,
+        regions,
         points,
-        [5.0, 10.0],
-        np.array([[0.0, 30.0], [40.0, 30.0]]),
-        sand=sand,
+        layers_mm=[5.0, 10.0],
+        surface_mm=np.array([[0.0, 30.0], [40.0, 30.0]]),
         extent_x_mm=40.0,
     )
-    axes = figure.axes[0]
+    axes = figures.preview_figure(shown).axes[0]
     np.testing.assert_allclose(line(axes, "2 points to track").get_xydata(), points)
     np.testing.assert_allclose(line(axes, "tip of the blade").get_xydata(), [calibration.origin])
-    layer = line(axes, "layers").get_xydata()
+    layer = line(axes, "layers, mm above the tip").get_xydata()
     np.testing.assert_allclose(layer[[0, -1]], calibration.to_px([[0.0, 5.0], [40.0, 5.0]]))
     outline = np.vstack([path.vertices for path in axes.collections[0].get_paths()])
     np.testing.assert_allclose(outline[:, 1], 149.5)
+    tint = np.asarray(axes.images[1].get_array())
+    assert tint[200, 100, 3] == 0, "sand is left as it is"
+    assert tint[10, 5].tolist() != tint[10, 100].tolist(), "the blade is not air"
+
+
+def test_preview_shows_lost_points_residuals_and_markers_that_were_not_found():
+    image = np.zeros((300, 400), np.uint8)
+    shown = figures.Shown(
+        image,
+        points_px=np.array([[100.0, 200.0], [150.0, 220.0], [200.0, 220.0]]),
+        tracked_px=np.array([[100.0, 200.0], [150.0, 220.0]]),
+        moved_px=np.array([[2.0, 1.0], [np.nan, np.nan]]),
+        fitted_px=np.array([[10.0, 20.0], [300.0, 20.0]]),
+        residual_px=np.array([[0.1, 0.0], [0.0, 0.2]]),
+        markers_px=np.array([[50.0, 60.0]]),
+        missing_px=np.array([[350.0, 60.0]]),
+    )
+    axes = figures.preview_figure(shown).axes[0]
+    np.testing.assert_allclose(line(axes, "1 of 2 lost at once").get_xydata(), [[150.0, 220.0]])
+    np.testing.assert_allclose(line(axes, "2 points of the calibration").get_xydata(), shown.fitted_px)
+    np.testing.assert_allclose(line(axes, "1 markers found").get_xydata(), shown.markers_px)
+    np.testing.assert_allclose(line(axes, "1 markers not found").get_xydata(), shown.missing_px)
+    moved, residuals = axes.collections
+    np.testing.assert_allclose([moved.U[0] / moved.V[0]], [2.0])
+    np.testing.assert_allclose(residuals.V[1] / residuals.U[0], 2.0)
 
 
 def test_svg_is_self_contained_prefixed_themed_and_repeatable(results):

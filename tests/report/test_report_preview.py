@@ -3,14 +3,21 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 
+from ploughval.axes import Region
 from ploughval.errors import ConfigError, DataError
+from ploughval.photos.mapping import POINT_COLUMNS
 from ploughval.report import write_preview
+from ploughval.run.check_photographs import Seen
+from ploughval.run.preview import Preview
 
 
 class Plain:
+    points = pd.DataFrame(np.empty((0, 6)), columns=list(POINT_COLUMNS))
+
     def to_px(self, mm):
         return np.asarray(mm, float) * [5.0, -5.0] + [40.0, 200.0]
 
@@ -24,11 +31,11 @@ def found(image):
         box=SimpleNamespace(length_mm=None),
         blade=SimpleNamespace(depth_mm=24.0),
     )
-    sight = SimpleNamespace(sand=sand, surface_mm=np.array([[0.0, 24.0], [70.0, 24.0]]))
+    regions = np.where(sand, Region.SAND, Region.AIR).astype(np.uint8)
+    sight = SimpleNamespace(regions=regions, surface_mm=np.array([[0.0, 24.0], [70.0, 24.0]]))
     points = SimpleNamespace(px=np.array([[100.0, 150.0], [120.0, 150.0]]))
-    return SimpleNamespace(
-        name="d30/../x", image=image, calibration=Plain(), scene=scene, sight=sight, points=points
-    )
+    seen = Seen(image=image, calibration=Plain(), sight=sight, points=points)
+    return Preview("d30/../x", scene, (), (), None, seen)
 
 
 @pytest.fixture

@@ -69,6 +69,7 @@ def shown_of(found: "Preview") -> Shown:
         calibration=calibration,
         regions=None if seen.sight is None else seen.sight.regions,
         points_px=np.empty((0, 2)) if seen.points is None else seen.points.px,
+        tracked_px=seen.tracked_px,
         moved_px=moved,
         layers_mm=() if scene.tracers is None else scene.tracers.layers_mm,
         surface_mm=None if seen.sight is None else seen.sight.surface_mm,

@@ -48,8 +48,8 @@ class Shown:
         Codes of :class:`ploughval.axes.Region`.
     points_px : (N, 2) float, px
         Points that will be tracked.
-    moved_px : (N, 2) float, px
-        First displacement of each, NaN where it is not valid; empty: not known.
+    tracked_px, moved_px : (K, 2) float, px
+        Those that were correlated, and their displacement, NaN where it is not valid.
     layers_mm : sequence of float
         Heights above the tip.
     surface_mm : (M, 2) float, mm, or None
@@ -67,6 +67,7 @@ class Shown:
     calibration: ToPixels | None = None
     regions: NDArray[np.uint8] | None = None
     points_px: Floats = field(default_factory=_none)
+    tracked_px: Floats = field(default_factory=_none)
     moved_px: Floats = field(default_factory=_none)
     layers_mm: Sequence[float] = ()
     surface_mm: Floats | None = None
@@ -125,24 +126,22 @@ def _tint(axes: Axes, regions: NDArray[np.uint8], extent: tuple[float, float, fl
 
 def _tracked(axes: Axes, shown: Shown, width: int) -> None:
     """Points, those of them that were lost between the first photographs, and how far the others went."""
-    points = np.asarray(shown.points_px, float).reshape(-1, 2)
+    points = shown.points_px
     if not len(points):
         return
-    valid: NDArray[np.bool_] = np.ones(len(points), bool)
-    if len(shown.moved_px):
-        valid = np.asarray(np.isfinite(shown.moved_px).all(axis=1), bool)
-    kept, lost = points[valid], points[~valid]
     label = f"{len(points)} points to track"
-    axes.plot(kept[:, 0], kept[:, 1], "+", ms=4, mew=1.1, color=_POINTS, label=label)
+    axes.plot(points[:, 0], points[:, 1], "+", ms=4, mew=1.1, color=_POINTS, ls="none", label=label)
+    valid = np.asarray(np.isfinite(shown.moved_px).all(axis=1), bool)
+    kept, lost, moved = shown.tracked_px[valid], shown.tracked_px[~valid], shown.moved_px[valid]
     if len(lost):
-        axes.plot(lost[:, 0], lost[:, 1], "x", ms=4, mew=1.1, color=_GONE, label=f"{len(lost)} lost at once")
-    longest = float(np.hypot(*shown.moved_px[valid].T).max(initial=0.0)) if len(shown.moved_px) else 0.0
+        label = f"{len(lost)} of {len(valid)} lost at once"
+        axes.plot(lost[:, 0], lost[:, 1], "x", ms=4, mew=1.1, color=_GONE, ls="none", label=label)
+    longest = float(np.hypot(*moved.T).max(initial=0.0))
     if longest > 0:
         times = _nice(_ARROW_SHARE * width / longest)
-        way = times * shown.moved_px[valid]
         axes.quiver(
-            *kept.T, *way.T, angles="xy", scale_units="xy", scale=1.0, width=0.0012, color=_ARROWS,
-            label=f"first displacement, times {times:g}",
+            *kept.T, *(times * moved).T, angles="xy", scale_units="xy", scale=1.0, width=0.0012,
+            color=_ARROWS, label=f"first displacement, times {times:g}",
         )  # fmt: skip
 
 

@@ -1,0 +1,261 @@
+"""The photographs of a test as `ploughval check` sees them: files, times, calibration, first frames."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ploughval.errors import ConfigError, DataError, PloughvalError
+from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
+from ploughval.piv import Tracks, correlate
+from ploughval.run.check_findings import Ledger, Level
+from ploughval.run.check_guesses import check_guesses
+from ploughval.run.check_settings import Settings
+from ploughval.run.first_frame import first_frame
+from ploughval.run.steadied import FixedMarkers
+from ploughval.scene import Scene, Step
+from ploughval.tracers import PointSet, Sight, Watcher, place_points
+
+Image = NDArray[np.uint8] | NDArray[np.uint16]
+Floats = NDArray[np.float64]
+
+_SMALL = 0.4  # of the usual size of a file
+_TO_TRY = 3
+_MOST_TRACKS = 1000  # points that are correlated for the preview, chosen evenly
+
+
+@dataclass(slots=True)
+class Seen:
+    """What the photographs show; None where it could not be had."""
+
+    frames: FrameSeries | None = None
+    image: Image | None = None
+    calibration: Calibration | None = None
+    sight: Sight | None = None
+    points: PointSet | None = None
+    tracked_px: Floats = field(default_factory=lambda: np.empty((0, 2)))  # points of the first tracks
+    tracks: Tracks | None = None
+    markers_px: Floats = field(default_factory=lambda: np.empty((0, 2)))  # where they were found
+    missing_px: Floats = field(default_factory=lambda: np.empty((0, 2)))  # where they were sought in vain
+
+
+def check_photographs(settings: Settings, ledger: Ledger, lines: list[str], log: pd.DataFrame | None) -> Seen:
+    """Open the photographs, calibrate, and look at the first ones; ``log``: the force record."""
+    scene, seen = settings.scene, Seen()
+    if scene.camera is None:
+        return seen
+    seen.frames = _opened(scene, ledger)
+    if seen.frames is None:
+        return seen
+    _say_frames(scene, seen.frames, ledger, lines)
+    if "camera" in settings.sound:
+        seen.calibration = _calibrated(scene, seen.frames, ledger, lines)
+    first = _first(scene, seen, log, ledger)
+    _try_some(seen.frames, ledger)
+    if seen.image is None:
+        return seen
+    if "camera" in settings.sound:
+        _find_markers(scene, seen, ledger, lines)
+    if settings.complete and seen.calibration is not None:
+        _look(scene, seen, first, ledger, lines)
+        check_guesses(scene, seen.frames, seen.calibration, log, ledger)
+    return seen
+
+
+def _opened(scene: Scene, ledger: Ledger) -> FrameSeries | None:
+    """The photographs; where times or view are refused, opened without them, to see what else there is."""
+    camera = scene.camera
+    assert camera is not None
+    for relaxed in ({}, {"times": None}, {"view_px": None}, {"times": None, "view_px": None}):
+        if relaxed and all(getattr(camera, key) is None for key in relaxed):
+            continue
+        try:
+            part = scene.model_copy(update={"camera": camera.model_copy(update=relaxed)})
+            return open_frames(part)
+        except PloughvalError as error:
+            path = getattr(error, "path", None)
+            file = "test.toml" if isinstance(error, ConfigError) or path is None else Path(path).name
+            ledger.refuse(error, file, "camera.photos", "a series of photographs that can be measured")
+    return None
+
+
+def _say_frames(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[str]) -> None:
+    height, width = frames.shape
+    lines.append(f"photographs: {len(frames)} of {width} x {height} px, {_times(frames)}")
+    table = scene.camera.times_file if scene.camera else None
+    for frame, reason in sorted(frames.faults.items()):
+        place = f"camera.photos, frame {frame}"
+        ledger.note(Level.LOST, frames.name(frame), place, reason, "a photograph that can be used")
+    for name in frames.missing:
+        expected, remedy = "the photograph", "Copy it into the folder, or take its row out."
+        ledger.note(Level.LOST, table or "", "camera.times", f"{name}, which is not there", expected, remedy)
+    for text in frames.notes:
+        ledger.note(Level.REMARK, "", "camera.photos", text)
+
+
+def _times(frames: FrameSeries) -> str:
+    known = frames.time_s[np.isfinite(frames.time_s)]
+    if not len(known):
+        return "times unknown"
+    std_s = np.nanmax(frames.time_std_s)
+    uncertain = f", standard uncertainty up to {std_s:.2g} s" if std_s > 0 else ""
+    return f"from {known[0]:g} to {known[-1]:g} s{uncertain}"
+
+
+def _calibrated(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[str]) -> Calibration | None:
+    try:
+        calibration = calibrate(scene, frames)
+    except PloughvalError as error:
+        ledger.refuse(error, "test.toml", "camera", "a calibration that holds")
+        return None
+    lines.append(
+        f"calibration: {calibration.method}, {calibration.mm_per_px:.5g} mm/px, "
+        f"relative std {calibration.scale_std:.2g}, residual {calibration.residual_px:.2g} px"
+    )
+    lines += _residuals(calibration) + _across(calibration)
+    return calibration
+
+
+def _residuals(calibration: Calibration) -> list[str]:
+    """The points that fit worst."""
+    points = calibration.points
+    if points.empty:
+        return []
+    off = np.hypot(*points[["residual_x_px", "residual_y_px"]].to_numpy(float).T)
+    worst = np.argsort(-off, kind="stable")[:3]
+    said = "; ".join(
+        f"{off[k]:.2f} px at ({points['px_x'].iloc[k]:.0f}, {points['px_y'].iloc[k]:.0f})" for k in worst
+    )
+    return [f"  {len(points)} points, the largest residuals: {said}"]
+
+
+def _across(calibration: Calibration) -> list[str]:
+    """Scale and uncertainty over the photograph, where they differ from place to place."""
+    if calibration.points.empty and calibration.model.window is None:
+        return []
+    height, width = calibration.shape
+    x, y = np.meshgrid(np.linspace(0, width - 1, 9), np.linspace(0, height - 1, 9))
+    px = np.stack([x, y], axis=-1)
+    scale = 1000 * (calibration.mm_per_px_at(px) / calibration.mm_per_px - 1)
+    std_mm = np.hypot(*np.moveaxis(calibration.std_mm(px), -1, 0))
+    return [
+        f"  over the photograph: scale {scale.min():+.1f} to {scale.max():+.1f} per mille of the tip's, "
+        f"standard uncertainty of a place {std_mm.min():.2g} to {std_mm.max():.2g} mm"
+    ]
+
+
+def _first(scene: Scene, seen: Seen, log: pd.DataFrame | None, ledger: Ledger) -> int:
+    """Number of the photograph that shows the test at rest; it is read."""
+    frames, calibration = seen.frames, seen.calibration
+    assert frames is not None
+    try:
+        scale = calibration.mm_per_px if calibration is not None else 1.0
+        first = first_frame(scene, frames, scale, log if calibration is not None else None)
+        seen.image = frames.read(first)
+        return first
+    except DataError as error:
+        expected = "a first photograph that can be read: it shows the test at rest"
+        ledger.refuse(error, frames.name(0), "camera.photos, frame 0", expected)
+    for frame in range(1, len(frames)):
+        try:
+            seen.image = frames.read(frame)
+            return frame
+        except DataError:
+            continue
+    return 0
+
+
+def _try_some(frames: FrameSeries, ledger: Ledger) -> None:
+    """Decode the last photograph, and those whose files are much smaller than is usual: cut short?"""
+    sizes = np.array([path.stat().st_size if path.is_file() else 0 for path in frames.paths], float)
+    single = not any(frames.pages)
+    small = np.flatnonzero(sizes < _SMALL * np.median(sizes)).tolist() if single else []
+    for frame in dict.fromkeys([*small[:_TO_TRY], len(frames) - 1]):
+        if frame in frames.faults:
+            continue
+        try:
+            frames.read(frame)
+        except DataError as error:
+            text = str(error).split(f"frame {frame}: ", 1)[-1]
+            place, expected = f"camera.photos, frame {frame}", "a photograph that can be decoded in full"
+            ledger.note(
+                Level.LOST, frames.name(frame), place, text, expected, "Copy it from the camera again."
+            )
+
+
+def _find_markers(scene: Scene, seen: Seen, ledger: Ledger, lines: list[str]) -> None:
+    """Painted markers in the first photograph."""
+    camera = scene.camera
+    if camera is None or camera.markers is None or seen.image is None:
+        return
+    first = FixedMarkers(camera, seen.image).watch.first
+    given = np.array(camera.marker_places_px, float)
+    seen.markers_px, seen.missing_px = first.px[first.found], given[~first.found]
+    lines.append(f"markers: {int(first.found.sum())} of {len(given)} found")
+    points = len(camera.control_points or ())
+    for k, why in enumerate(first.reasons):
+        if why:
+            place = f"camera.control_points.{k}" if k < points else f"camera.markers.fixed_px.{k - points}"
+            expected = f"a {camera.markers.kind} of radius {camera.markers.radius_px:g} px"
+            ledger.note(Level.LOST, "test.toml", place, why, expected)
+
+
+def _look(scene: Scene, seen: Seen, first: int, ledger: Ledger, lines: list[str]) -> None:
+    """Blade, sand, surface, dyed layers and points of the first photograph, and the first tracks."""
+    assert seen.image is not None
+    assert seen.calibration is not None
+    assert seen.frames is not None
+    try:
+        seen.sight = Watcher(scene, seen.calibration).see(first, seen.image)
+    except PloughvalError as error:
+        ledger.refuse(error, "test.toml", "camera", "a photograph in which the test can be seen")
+        return
+    if scene.camera is not None and scene.camera.markers is not None:
+        markers = FixedMarkers(scene.camera, seen.image)
+        markers.hide(seen.sight.regions, markers.at_start())
+    for text in seen.sight.reasons:
+        what, _, why = text.partition(": ")
+        partly = what in ("surface", "light")
+        ledger.note(Level.REMARK if partly else Level.LOST, seen.frames.name(first), what, why)
+    if Step.TRACKS in scene.steps:
+        _first_tracks(scene, seen, first, ledger, lines)
+
+
+def _first_tracks(scene: Scene, seen: Seen, first: int, ledger: Ledger, lines: list[str]) -> None:
+    """Place the points, and correlate the first two readable photographs."""
+    frames, sight, image = seen.frames, seen.sight, seen.image
+    assert frames is not None
+    assert sight is not None
+    assert image is not None
+    assert seen.calibration is not None
+    sand = sight.sand
+    points = seen.points = place_points(sand, seen.calibration, scene)
+    lines.append(
+        f"points to track: {len(points.px)}, of them on layers: {np.isfinite(points.layer_mm).sum()}"
+    )
+    if not len(points.px):
+        expected = "sand ahead of the blade: check tip_px, depth_mm, mm_per_px and direction"
+        ledger.note(Level.LOST, frames.name(first), "points", "no place for one in the sand", expected)
+        return
+    for frame in range(first + 1, len(frames)):
+        try:
+            second = frames.read(frame)
+        except DataError:
+            continue
+        piv = scene.piv
+        options: dict[str, Any] = {"subset": piv.subset_px, "order": piv.order, "spline": piv.spline}
+        seen.tracked_px = points.px[:: -(-len(points.px) // _MOST_TRACKS)]
+        seen.tracks = correlate(image, second, seen.tracked_px, mask=sand, **options)
+        lines.append(_tracks_text(seen.tracks, first, frame))
+        return
+    ledger.note(Level.LOST, "", "camera.photos", "no second photograph that can be read", "at least two")
+
+
+def _tracks_text(tracks: Tracks, first: int, frame: int) -> str:
+    share = 100.0 * float(np.mean(tracks.valid))
+    moved = np.linalg.norm(tracks.displacement[tracks.valid], axis=1)
+    most = f", largest displacement {moved.max():.1f} px" if len(moved) else ""
+    return f"first tracks: frame {first} to {frame}: {share:.0f} % of {len(tracks.valid)} points valid{most}"
