@@ -125,6 +125,18 @@ def test_a_point_off_by_a_millimetre_is_found_among_well_read_ones(points, count
     assert "control_points.5: got" in text
 
 
+def test_a_gross_mistake_is_named_although_five_others_do_not_show_the_lens(points):
+    text = message(points(6, spoil=tenfold(0, 0), lens=(0.01, 0, 0, 0)))
+    assert "control_points.0: got" in text
+
+
+def test_points_that_agree_on_nothing_are_refused(points):
+    def spoil(mm):
+        mm += np.random.default_rng(3).normal(0, 5, mm.shape)
+
+    assert "check them all" in message(points(12, spoil=spoil))
+
+
 def test_four_points_out_of_order_are_refused_with_the_pairs_that_would_do(points):
     given = points(4, spoil=exchange_points(0, 1))
     with pytest.raises(CalibrationError, match=r"same order.*control_points\.0 and control_points\.1"):

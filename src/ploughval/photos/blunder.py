@@ -17,6 +17,8 @@ _CHANCE = 0.01  # to blame a point although none is wrong
 _LEAST_PX, _MOST_PX = 0.5, 3.0  # a point nearer to where it should be is not called mistyped
 _STDS = 10.0
 _FIT_PX = 1.5  # rms within which points agree once a mistake is put right
+_FIT_SHARE = 0.05  # or this share of what they were off by before: a lens may be left that five cannot show
+_USELESS_PX = 10.0
 _PRIOR = 4  # redundant coordinates that what is assumed of a reading is worth
 _ORDINARY_LENS = 0.05  # displacement at the corners, of half the diagonal
 _MOST_SWAPS = 30
@@ -46,19 +48,25 @@ def refuse_blunder(points: PointSet, fit: CameraFit | None, window: Window | Non
         return
     _refuse_single(points, fit, window)
     _refuse_swap(points, fit, window)
+    if fit is not None and _rms(fit) > _USELESS_PX:
+        raise CalibrationError(
+            f"the control points contradict each other by {_rms(fit):.0f} px rms; expected less than "
+            f"{_USELESS_PX:g} px. More than one of them must be wrong: check them all"
+        )
 
 
 def _refuse_single(points: PointSet, fit: CameraFit | None, window: Window | None) -> None:
     """F test of the fit without each point in turn, the lens chosen anew without it."""
     from scipy.stats import f as fisher
 
+    most_px = _MOST_PX if fit is None else max(_FIT_PX, _FIT_SHARE * _rms(fit))
     found: list[tuple[float, int, Array]] = []
     for k in _worst(points, fit, window):
         try:
             rest = fit_camera(points.without(k), window)
         except CalibrationError:  # the others fix nothing without this point
             continue
-        if _rms(rest) > _FIT_PX:
+        if _rms(rest) > most_px:
             continue
         left = _variance(rest, points)
         gain = (min(_chi2(points, rest.terms, window), np.inf if fit is None else fit.chi2) - rest.chi2) / 2
