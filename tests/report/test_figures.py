@@ -293,8 +293,8 @@ def test_preview_shows_lost_points_residuals_and_markers_that_were_not_found():
     axes = figures.preview_figure(shown).axes[0]
     np.testing.assert_allclose(line(axes, "1 of 2 lost at once").get_xydata(), [[150.0, 220.0]])
     np.testing.assert_allclose(line(axes, "2 points of the calibration").get_xydata(), shown.fitted_px)
-    np.testing.assert_allclose(line(axes, "1 markers found").get_xydata(), shown.markers_px)
-    np.testing.assert_allclose(line(axes, "1 markers not found").get_xydata(), shown.missing_px)
+    np.testing.assert_allclose(line(axes, "markers found: 1").get_xydata(), shown.markers_px)
+    np.testing.assert_allclose(line(axes, "markers not found: 1").get_xydata(), shown.missing_px)
     moved, residuals = axes.collections
     np.testing.assert_allclose([moved.U[0] / moved.V[0]], [2.0])
     np.testing.assert_allclose(residuals.V[1] / residuals.U[0], 2.0)

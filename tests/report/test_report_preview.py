@@ -16,6 +16,7 @@ from ploughval.run.preview import Preview
 
 
 class Plain:
+    mm_per_px = 0.2
     points = pd.DataFrame(np.empty((0, 6)), columns=list(POINT_COLUMNS))
 
     def to_px(self, mm):

@@ -80,5 +80,15 @@ def shown_of(found: "Preview") -> Shown:
         else points[["residual_x_px", "residual_y_px"]].to_numpy(float),
         markers_px=seen.markers_px,
         missing_px=seen.missing_px,
-        extent_x_mm=scene.box.length_mm or 4 * scene.blade.depth_mm,
+        extent_x_mm=_extent_mm(found),
     )
+
+
+def _extent_mm(found: "Preview") -> float:
+    """How far ahead of the blade there may be sand: to the end of the box, else of the photograph."""
+    seen, scene = found.seen, found.scene
+    if scene is not None and scene.box.length_mm is not None:
+        return scene.box.length_mm
+    if seen.image is None or seen.calibration is None:
+        return 0.0
+    return float(seen.image.shape[1] * seen.calibration.mm_per_px)

@@ -67,7 +67,7 @@ def _check_scale(
     std = float(np.hypot(scale.std / scale.mm_per_px, calibration.scale_std))
     if abs(off) > max(_SCALE_SHARE, _SCALE_STDS * std):
         text = f"{calibration.mm_per_px:.5g} mm/px"
-        expected = f"{scale.mm_per_px:.5g} mm/px by the blade's travel in the log (std {scale.std:.1g})"
+        expected = f"{scale.mm_per_px:.4g} mm/px by the blade's travel in the log (std {scale.std:.1g})"
         remedy = "Check the calibration and the displacement sensor."
         ledger.note(Level.LOST, "test.toml", "camera.mm_per_px", text, expected, remedy)
     if offset != "auto" and scale.clock_offset_s != 0:

@@ -47,7 +47,7 @@ def check_photographs(settings: Settings, ledger: Ledger, lines: list[str], log:
     scene, seen = settings.scene, Seen()
     if scene.camera is None:
         return seen
-    seen.frames = _opened(scene, ledger)
+    scene, seen.frames = _opened(scene, ledger)
     if seen.frames is None:
         return seen
     _say_frames(scene, seen.frames, ledger, lines)
@@ -65,8 +65,8 @@ def check_photographs(settings: Settings, ledger: Ledger, lines: list[str], log:
     return seen
 
 
-def _opened(scene: Scene, ledger: Ledger) -> FrameSeries | None:
-    """The photographs; where times or view are refused, opened without them, to see what else there is."""
+def _opened(scene: Scene, ledger: Ledger) -> tuple[Scene, FrameSeries | None]:
+    """The photographs; where times or view are refused, without them, and a scene without them."""
     camera = scene.camera
     assert camera is not None
     for relaxed in ({}, {"times": None}, {"view_px": None}, {"times": None, "view_px": None}):
@@ -74,12 +74,12 @@ def _opened(scene: Scene, ledger: Ledger) -> FrameSeries | None:
             continue
         try:
             part = scene.model_copy(update={"camera": camera.model_copy(update=relaxed)})
-            return open_frames(part)
+            return part, open_frames(part)
         except PloughvalError as error:
             path = getattr(error, "path", None)
             file = "test.toml" if isinstance(error, ConfigError) or path is None else Path(path).name
             ledger.refuse(error, file, "camera.photos", "a series of photographs that can be measured")
-    return None
+    return scene, None
 
 
 def _say_frames(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[str]) -> None:

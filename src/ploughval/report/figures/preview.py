@@ -27,6 +27,8 @@ _TINTS = {  # region: name, colour, opacity
 }
 _SHOWN_PX = 1600  # columns of the photograph that are drawn
 _ARROW_SHARE = 0.04  # of the picture's width, for the longest arrow
+_MOST_ARROWS = 250
+_LEAST_RESIDUAL_PX = 0.005  # smaller ones are not drawn
 _TICKS = 6
 _TICKED = 0.97  # of an axis, for a number beyond would be cut
 
@@ -139,8 +141,9 @@ def _tracked(axes: Axes, shown: Shown, width: int) -> None:
     longest = float(np.hypot(*moved.T).max(initial=0.0))
     if longest > 0:
         times = _nice(_ARROW_SHARE * width / longest)
+        few = slice(None, None, -(-len(kept) // _MOST_ARROWS))
         axes.quiver(
-            *kept.T, *(times * moved).T, angles="xy", scale_units="xy", scale=1.0, width=0.0012,
+            *kept[few].T, *(times * moved[few]).T, angles="xy", scale_units="xy", scale=1.0, width=0.0012,
             color=_ARROWS, label=f"first displacement, times {times:g}",
         )  # fmt: skip
 
@@ -219,7 +222,7 @@ def _calibrated(axes: Axes, shown: Shown, width: int) -> None:
         label = f"{len(x)} points of the calibration"
         axes.plot(x, y, "o", ms=6, mfc="none", mec=SERIES[3], mew=1.3, ls="none", label=label)
         longest = float(np.hypot(*shown.residual_px.T).max(initial=0.0))
-        if longest > 1e-9:
+        if longest > _LEAST_RESIDUAL_PX:
             times = _nice(_ARROW_SHARE * width / longest)
             axes.quiver(
                 x, y, *(times * shown.residual_px).T, angles="xy", scale_units="xy", scale=1.0, width=0.0016,
@@ -227,9 +230,9 @@ def _calibrated(axes: Axes, shown: Shown, width: int) -> None:
             )  # fmt: skip
     if len(shown.markers_px):
         x, y = shown.markers_px.T
-        label = f"{len(x)} markers found"
+        label = f"markers found: {len(x)}"
         axes.plot(x, y, "s", ms=9, mfc="none", mec=SERIES[5], mew=1.4, ls="none", label=label)
     if len(shown.missing_px):
         x, y = shown.missing_px.T
-        label = f"{len(x)} markers not found"
+        label = f"markers not found: {len(x)}"
         axes.plot(x, y, "X", ms=9, mfc=_GONE, mec="#ffffff", mew=0.8, ls="none", label=label)
