@@ -112,7 +112,9 @@ def _guesses(there: Survey) -> Guesses:
 def _scale(there: Survey, guesses: Guesses) -> ScaleGuess | None:
     """The scale, where both photographs and log show the travel."""
     record, blade, photos = there.logs.log, guesses.blade, there.photos
-    if record is None or record.time_s is None or record.u_mm is None or blade is None or photos is None:
+    if record is None or record.time_s is None or record.u_mm is None or photos is None:
+        return None
+    if blade is None or not blade.sure:
         return None
     # a video may run faster or slower than the test did: its times tell nothing of the scale
     time_s = photos.time_s if photos.times != "video" else np.full(len(photos.files), np.nan)
@@ -126,21 +128,17 @@ def _scale(there: Survey, guesses: Guesses) -> ScaleGuess | None:
 
 
 def _blade(found: Found) -> str:
-    depth, thickness = found.depth_mm, found.thickness_mm
-    told = f"it is {found.guesses.depth_px:.0f} px in the first photograph" if found.guesses.depth_px else ""
+    depth_px, wide_px, scale = found.depth_px, found.thickness_px, found.mm_per_px
+    told = f"it is {depth_px:.0f} px in the first photograph" if depth_px else ""
     if told:
-        told += f", times {found.scale_text}" if depth else ": mm_per_px is depth_mm over that"
-    wide = ""
-    if found.guesses.blade is not None:
-        px = found.guesses.blade.thickness_px
-        size = f"{thickness:.3g}" if thickness else f"{px:.1f} * mm_per_px"
-        wide = offer(
-            f"thickness_mm = {size}", f"guess: it is {px:.1f} px wide in the first photograph; if absent, 5.0"
-        )
-    return (
-        f"[blade]\n{ask(Blade, 'depth_mm', f'{depth:.3g}' if depth else '', told)}"
-        f"{ask(Blade, 'width_mm')}{_speed(found)}{wide or '# thickness_mm = 5.0' + chr(10)}"
-    )
+        told += f", times {found.scale_text}" if scale else ": mm_per_px is depth_mm over that"
+    depth = f"{found.depth_mm:.3g}" if found.depth_mm else ""
+    thickness = "# thickness_mm = 5.0\n"
+    if wide_px:
+        size = f"{wide_px * scale:.3g}" if scale else f"{wide_px:.1f} * mm_per_px"
+        how = f"guess: it is {wide_px:.1f} px wide in the first photograph; if absent, 5.0"
+        thickness = offer(f"thickness_mm = {size}", how)
+    return f"[blade]\n{ask(Blade, 'depth_mm', depth, told)}{ask(Blade, 'width_mm')}{_speed(found)}{thickness}"
 
 
 def _speed(found: Found) -> str:

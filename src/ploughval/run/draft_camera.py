@@ -80,10 +80,10 @@ def _calibration(found: Found) -> str:
             f"{_travels(found)}: {scale.mm_per_px:.5g} mm/px, if the photographs show the whole travel of "
             "the log; their times do not tell"
         )
-    elif found.guesses.depth_px:
-        depth_px = found.guesses.depth_px
+    elif found.depth_px:
+        depth_px = found.depth_px
         told = f"the depth is {depth_px:.0f} px: mm_per_px = depth_mm / {depth_px:.1f}"
-    place = found.guesses.tip_px
+    place = found.guesses.tip_px if found.blade_sure else None
     tip = "" if place is None else f"[{place[0]:.1f}, {place[1]:.1f}]"
     return (
         f"{ask(Camera, 'mm_per_px', guess, told)}"
@@ -104,7 +104,7 @@ def _travels(found: Found) -> str:
 
 def _tip_text(found: Found) -> str:
     blade, surface = found.guesses.blade, found.guesses.surface_px
-    if blade is None or surface is None:
+    if blade is None or surface is None or not found.blade_sure:
         return ""
     if found.guesses.tip_px is None:
         return f"the face of the blade is at x = {blade.face_px:.1f}; its lower end was not found"
@@ -171,7 +171,7 @@ def tracers_text(found: Found) -> str:
     if found.there.photos is None:
         return ""
     meaning = Tracers.model_fields["layers_mm"].description
-    layers, scale = found.guesses.layers, found.mm_per_px
+    layers, scale = found.guesses.layers if found.blade_sure else None, found.mm_per_px
     if layers is None:
         return (
             f"# [tracers]\n# layers_mm = [5, 10, 15, 20, 25]   # {meaning}\n"

@@ -26,13 +26,22 @@ class Found:
         return f"{self.mm_per_px:.5g} mm/px" if self.mm_per_px else ""
 
     @property
-    def depth_mm(self) -> float | None:
-        """Depth of the tip, if both its px and the scale are known."""
-        depth = self.guesses.depth_px
-        return depth * self.mm_per_px if depth and self.mm_per_px else None
+    def blade_sure(self) -> bool:
+        """Whether the photographs show the blade beyond doubt: else nothing that rests on it is offered."""
+        return self.guesses.blade is not None and self.guesses.blade.sure
 
     @property
-    def thickness_mm(self) -> float | None:
-        """Thickness of the blade, if both its px and the scale are known."""
+    def depth_px(self) -> float | None:
+        """Depth of the tip in the photograph."""
+        return self.guesses.depth_px if self.blade_sure else None
+
+    @property
+    def depth_mm(self) -> float | None:
+        """Depth of the tip, if both its px and the scale are known."""
+        return self.depth_px * self.mm_per_px if self.depth_px and self.mm_per_px else None
+
+    @property
+    def thickness_px(self) -> float | None:
+        """Thickness of the blade in the photograph."""
         blade = self.guesses.blade
-        return blade.thickness_px * self.mm_per_px if blade and self.mm_per_px else None
+        return blade.thickness_px if blade is not None and blade.sure else None

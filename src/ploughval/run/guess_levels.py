@@ -22,6 +22,7 @@ _NEAR_TIP_PX = 10
 _STEP_SHARE = 0.5  # what a step must explain of the variance, to be sure
 _LAYER_DEVIATIONS = 5.0
 _LAYER_GREY = 6.0
+_LEAST_LEFT_PX = 3.0  # columns that the blade has left
 _LEAST_ROWS = 2
 _LEAST_SAND_ROWS, _LEAST_SAND_COLUMNS = 12, 32
 _OF_STRONGEST = 0.4  # a band fainter than this share of the strongest is none
@@ -103,34 +104,46 @@ def _sharpened(image: Image, row: int) -> float:
     return low + k - (side[k] / rise if rise else -0.5)
 
 
-def tip_level(images: Stack, blade: tuple[float, float], below: float) -> Level | None:
+def tip_level(images: Stack, blade: tuple[float, float], travel: Floats, below: float) -> Level | None:
     """The lower end of the blade: under it the sand stays as it was when the blade has gone.
 
     Parameters
     ----------
     images : (K, h, w) float32
-        The first photograph, and those in which the blade has gone from its place in it.
+        Photographs in their order.
     blade : (float, float)
-        Columns of its edges in the first one.
+        Columns of face and back in the first one.
+    travel : (K,) float
+        How far the blade has gone in each, to the right; NaN where it was not seen.
     below : float
         Row of the surface of the sand.
     """
-    left, right = sorted(blade)
-    first, last = int(np.ceil(left)) + _BODY_PX, int(np.floor(right)) - _BODY_PX + 1
-    if last - first < 1:
-        first, last = int(np.floor(left)), int(np.ceil(right)) + 1
-    first, last = max(first, 0), min(last, images.shape[2])
+    face, back = blade
+    gone = np.abs(np.nan_to_num(travel))
+    reach = min(float(gone.max()) - _BODY_PX, abs(face - back))  # of the columns that it leaves
     top = max(int(below), 0)
-    if last <= first or images.shape[1] - top < 8:
+    left = _columns(back, back + np.copysign(reach, face - back), images.shape[2])
+    whole = _columns(back, face, images.shape[2])
+    later = gone >= reach + _BODY_PX / 2
+    if reach < _LEAST_LEFT_PX or not later.any() or images.shape[1] - top < _LEAST_SAND_ROWS:
         return None
-    here = images[:, top:, first:last]
-    change = np.median(np.abs(here[1:] - here[0]).mean(axis=2), axis=0).astype(float)
-    still = float(np.quantile(change, _STILL_SHARE))
-    row, explained = _step_down(np.minimum(change, _CHANGED * still + _CHANGED_GREY))
-    end = _end_of_body(here[0], row)
+    change = np.abs(images[later, top:, left] - images[0, top:, left]).mean(axis=2)
+    middle = np.median(change, axis=0).astype(float)
+    still = float(np.quantile(middle, _STILL_SHARE))
+    row, explained = _step_down(np.minimum(middle, _CHANGED * still + _CHANGED_GREY))
+    end = _end_of_body(images[0, top:, whole], row)
     if end is not None:
         return Level(top + end - 0.5, explained >= _STEP_SHARE)
     return Level(top + row - 0.5, False)
+
+
+def _columns(start: float, end: float, width: int) -> slice:
+    """Whole columns well inside of two edges; all between them where that leaves none."""
+    low, high = sorted((start, end))
+    first, last = int(np.ceil(low)) + _BODY_PX, int(np.floor(high)) - _BODY_PX + 1
+    if last - first < 1:
+        first, last = int(np.floor(low)), int(np.ceil(high)) + 1
+    return slice(max(first, 0), min(last, width))
 
 
 def _end_of_body(blade: Image, row: int) -> int | None:

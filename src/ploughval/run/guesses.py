@@ -14,7 +14,6 @@ from ploughval.run.guess_levels import Bands, find_layers, surface_level, tip_le
 
 Floats = NDArray[np.float64]
 
-_AWAY = 1.3  # widths of the blade by which it has left its first place
 _SURFACE_ROWS = 2  # rows above the surface that are left out of the air
 _LEAST_AIR_ROWS = 8
 _LEAST_PHOTOGRAPHS = 3
@@ -117,9 +116,7 @@ def guess(files: Sequence[tuple[Path, int]], bits: int) -> Guesses:
     if body is None:
         return seen
     blade = _blade(frames, body, surface.sure)
-    gone = np.abs(np.nan_to_num(body.travel)) > _AWAY * abs(body.face - body.back)
-    gone[0] = True
-    tip = tip_level(frames.images[gone], (body.face, body.back), surface.row) if gone.sum() > 1 else None
+    tip = tip_level(frames.images, (body.face, body.back), body.travel, surface.row)
     if tip is None:
         return Guesses(blade, seen.surface_px, view_px=view)
     ahead = (np.arange(first.shape[1]) - body.face) * blade.direction.sign > abs(body.face - body.back)
