@@ -128,3 +128,18 @@ def test_photographs_without_a_blade_give_no_sure_direction(tmp_path):
     found = guess(*pictures(tmp_path))
     assert found.blade is None or not found.blade.sure
     assert found.tip_px is None
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 9), (20, 400), (33, 33), (400, 40)])
+def test_pictures_of_any_shape_are_looked_at(tmp_path, height, width):
+    from PIL import Image
+
+    (tmp_path / "photos").mkdir()
+    noise = np.random.default_rng(5)
+    for k in range(4):
+        picture = np.zeros((height, width), np.uint8)
+        picture[height // 2 :] = noise.integers(90, 200, (height - height // 2, width))
+        picture[: 3 * height // 4, 3 * k : 3 * k + 3] = 240
+        Image.fromarray(picture).save(tmp_path / f"photos/{k}.png")
+    found = guess(*pictures(tmp_path))
+    assert found.blade is None or found.blade.way_px <= width

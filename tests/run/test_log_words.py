@@ -16,6 +16,8 @@ ALL = {"time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm"}
         ("Temps (s)", "Déplacement (mm)", "Moment supérieur (N.m)", "Moment inférieur (N.m)"),
         ("Tiempo [s]", "Desplazamiento [mm]", "Momento superior [Nm]", "Momento inferior [Nm]"),
         ("tempo", "spostamento", "momento superiore", "momento inferiore"),
+        ("Timestamp", "LVDT [mm]", "Upper cell", "Lower cell"),
+        ("Sample", "Travel (mm)", "top", "bottom"),
         ("tijd", "verplaatsing", "boven", "onder"),
     ],
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ploughval.report.preview import shown_of
 from ploughval.run.check_findings import Level
 from ploughval.run.draft import write_draft
 from ploughval.run.preview import preview
@@ -181,6 +182,41 @@ def test_painted_markers_that_are_not_there_are_named(folder):
     lost = places(found, Level.LOST)
     assert {f"camera.markers.fixed_px.{k}" for k in range(3)} <= lost
     np.testing.assert_allclose(found.seen.missing_px, [[300, 40], [400, 40], [500, 40]])
+
+
+def test_a_mistyped_control_point_is_named_and_the_points_are_shown_as_given(folder):
+    """Scale and tip of the example as five points, the third with a wrong number."""
+    px = [(100.0, 20.0), (500.0, 20.0), (500.0, 220.0), (100.0, 220.0), (300.0, 120.0), (200.0, 60.0)]
+    points = [[x, y, round((x - 56.7) * 0.3, 3), round((213.5 - y) * 0.3, 3)] for x, y in px]
+    points[2][2] += 30.0
+    edit(
+        folder,
+        ("mm_per_px = 0.3\n", f"control_points = {points}\n"),
+        ("tip_px = [56.7, 213.5]", "#"),
+    )
+    found = preview(folder)
+    assert found.worst is Level.REFUSED
+    assert "control_points.2" in "\n".join(map(str, found.findings))
+    assert found.seen.calibration is None
+    np.testing.assert_allclose(shown_of(found).given_px, px)
+
+
+def test_sand_without_texture_is_said(folder):
+    from PIL import Image, ImageFilter
+
+    for path in (folder / "photos").iterdir():
+        Image.open(path).filter(ImageFilter.GaussianBlur(12)).save(path)
+    texts = [str(f) for f in preview(folder).findings if f.level is Level.LOST]
+    assert any("first tracks" in text and "piv.track" in text for text in texts)
+
+
+def test_calibration_tables_of_the_cells_are_judged(folder):
+    (folder / "loads.csv").write_text("load_N,arm_mm,upper\n0,0,1\n10,0,3\n", encoding="utf-8")
+    edit(folder, ("[tracers]", '[loadcells.calibration]\nfiles = ["loads.csv"]\n\n[tracers]'))
+    found = preview(folder)
+    assert found.worst is Level.REFUSED
+    refused = [f for f in found.findings if f.level is Level.REFUSED]
+    assert any("no column lower" in str(f) for f in refused)
 
 
 def test_findings_are_plain_texts_for_json(folder):

@@ -64,6 +64,9 @@ def shown_of(found: "Preview") -> Shown:
     if seen.tracks is not None:
         moved = np.where(seen.tracks.valid[:, None], seen.tracks.displacement, np.nan)
     points = None if calibration is None else calibration.points
+    given = np.empty((0, 2))
+    if calibration is None and camera is not None and camera.control_points:
+        given = np.array(camera.control_points, float)[:, :2]
     return Shown(
         image=seen.image,
         calibration=calibration,
@@ -78,6 +81,7 @@ def shown_of(found: "Preview") -> Shown:
         residual_px=np.empty((0, 2))
         if points is None
         else points[["residual_x_px", "residual_y_px"]].to_numpy(float),
+        given_px=given,
         markers_px=seen.markers_px,
         missing_px=seen.missing_px,
         extent_x_mm=_extent_mm(found),

@@ -67,7 +67,7 @@ class Ledger:
         text, named = str(error), error.path if isinstance(error, DataError) else None
         if named is not None:
             text = text.removeprefix(f"{named}: ").removeprefix(f"{named}, ")
-        self.note(Level.REFUSED, file, place, text, expected)
+        self.note(Level.REFUSED, file, place, text, "" if "expected" in text else expected)
 
     @property
     def worst(self) -> Level | None:

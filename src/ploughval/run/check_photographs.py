@@ -22,6 +22,7 @@ from ploughval.tracers import PointSet, Sight, Watcher, place_points
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 Floats = NDArray[np.float64]
 
+_LEAST_VALID = 0.5  # of the points, in the first photographs
 _SMALL = 0.4  # of the usual size of a file
 _TO_TRY = 3
 _MOST_TRACKS = 1000  # points that are correlated for the preview, chosen evenly
@@ -250,6 +251,11 @@ def _first_tracks(scene: Scene, seen: Seen, first: int, ledger: Ledger, lines: l
         seen.tracked_px = points.px[:: -(-len(points.px) // _MOST_TRACKS)]
         seen.tracks = correlate(image, second, seen.tracked_px, mask=sand, **options)
         lines.append(_tracks_text(seen.tracks, first, frame))
+        share = float(np.mean(seen.tracks.valid))
+        if share < _LEAST_VALID:
+            text = f"{100 * share:.0f} % of the points can be followed to frame {frame}"
+            remedy = "Is the sand's texture seen? Try a larger piv.subset_px, or piv.track = false."
+            ledger.note(Level.LOST, frames.name(frame), "first tracks", text, "most of them", remedy)
         return
     ledger.note(Level.LOST, "", "camera.photos", "no second photograph that can be read", "at least two")
 

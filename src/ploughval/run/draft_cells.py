@@ -1,5 +1,6 @@
 """The load cells' table of a draft: log, empty runs, geometry, columns, calibration."""
 
+from ploughval.loadcells.logs.units import counts_samples
 from ploughval.run.draft_facts import Found
 from ploughval.run.draft_lines import ask, listed, offer, quoted, remark
 from ploughval.run.log_words import WANTED
@@ -18,7 +19,7 @@ def loadcells_text(found: Found) -> str:
         f"[loadcells]\n{_log(record, names)}"
         f"{remark(_read_as(record))}{remark(record.trouble)}"
         f"{''.join(remark(f'also there, not taken: {name}') for name in logs.left[:5])}"
-        f"{_empty(found)}"
+        f"{_rate(record)}{_empty(found)}"
         f"{ask(LoadCells, 'spacing_mm')}{ask(LoadCells, 'lower_to_tip_mm')}"
         f"{_rest(record)}{_columns(record)}{_calibration(found)}"
     )
@@ -38,6 +39,15 @@ def _read_as(record: LogFound) -> str:
     rate = f", {record.rate_hz:.4g} a second" if record.rate_hz else ""
     together = f"{len(record.names)} files that follow on: " if len(record.names) > 1 else ""
     return "\n".join([f"{together}{len(record.time_s)} rows{rate}", *record.notes])
+
+
+def _rate(record: LogFound) -> str:
+    """A question where the log holds no times, or numbers of samples."""
+    name = record.columns.get("time_s")
+    if name is not None and not counts_samples(name, ""):
+        return ""
+    told = "" if name else 'without any column of time, time_s = "" in [loadcells.columns]'
+    return ask(LoadCells, "rate_hz", found=told)
 
 
 def _empty(found: Found) -> str:
@@ -74,10 +84,7 @@ def _columns(record: LogFound) -> str:
         for key in WANTED
     ]
     there = remark(f"columns of the log: {', '.join(map(repr, record.header))}") if record.header else ""
-    rate = ""
-    if "time_s" not in record.columns:
-        rate = remark('without a column of time: time_s = "" here, and rate_hz in [loadcells]')
-    return f"[loadcells.columns]\n{there}{rate}{''.join(lines)}"
+    return f"[loadcells.columns]\n{there}{''.join(lines)}"
 
 
 def _calibration(found: Found) -> str:

@@ -20,6 +20,7 @@ MOST_PIXELS = 2_000_000
 """A larger photograph is averaged over squares of pixels."""
 _EVEN_GREY = 1.5  # a border's grey varies less than this
 _LEAST_BORDER_PX = 3
+_LEAST_SIDE_PX = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +57,7 @@ class Frames:
 
 
 def read_some(files: Sequence[tuple[Path, int]], bits: int) -> Frames | None:
-    """Read the first photograph, the last one and some between them; None where fewer than two can be read.
+    """Read the first photograph, the last one and some between; None: fewer than two, or too small.
 
     Parameters
     ----------
@@ -81,10 +82,12 @@ def read_some(files: Sequence[tuple[Path, int]], bits: int) -> Frames | None:
             continue
         numbers.append(number)
         images.append(small)
-    if len(images) < 2:
+    if len(images) < 2 or min(images[0].shape) < _LEAST_SIDE_PX:
         return None
     stack = np.stack(images)
     x0, y0, x1, y1 = _inside(stack)
+    if min(x1 - x0, y1 - y0) < _LEAST_SIDE_PX:
+        return None
     height, width = stack.shape[1:]
     return Frames(
         np.array(numbers),

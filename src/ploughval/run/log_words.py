@@ -4,14 +4,14 @@ import re
 import unicodedata
 from types import MappingProxyType
 
-from ploughval.loadcells.logs.units import named_unit, unit_factor
+from ploughval.loadcells.logs.units import counts_samples, named_unit, unit_factor
 
 WANTED = ("time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm")
 _KINDS = MappingProxyType(dict(zip(WANTED, ("time", "length", "moment", "moment"), strict=True)))
 # English, German, French, Spanish, Italian, Dutch; accents are taken off before
 _WORDS = MappingProxyType(
     {
-        "time_s": r"time|elapsed|t|zeit|temps|tiempo|tempo|tijd",
+        "time_s": r"time|timestamp|datetime|elapsed|t|zeit|temps|tiempo|tempo|tijd",
         "displacement_mm": r"displacement|disp|travel|stroke|position|lvdt|u|weg|hub|verschiebung|"
         r"deplacement|course|desplazamiento|recorrido|spostamento|corsa|verplaatsing",
         "moment_upper_Nm": r"upper|up|top|high|oben|obere|oberer|oberes|haut|superieure?|superiore?|sup|"
@@ -26,7 +26,8 @@ _OTHER_UNITS = re.compile(r"ms|us|s|min|h|m|cm|mm|um|in|inch|v|mv|n|kn|kg|g|hz|b
 def guess_columns(names: tuple[str, ...]) -> dict[str, str]:
     """Which of a log's columns are time, displacement and the two moments; only what is clear.
 
-    A name counts by one of its words, if its unit, where it tells one, is of the right kind.
+    A name counts by one of its words, if its unit, where it tells one, is of the right kind. Without a time,
+    a column that counts samples stands for it.
 
     >>> guess_columns(("Zeit (ms)", "Weg [mm]", "M oben", "M unten"))["moment_upper_Nm"]
     'M oben'
@@ -38,6 +39,9 @@ def guess_columns(names: tuple[str, ...]) -> dict[str, str]:
         choice = exact or similar
         if len(choice) == 1 and choice[0] not in found.values():
             found[wanted] = choice[0]
+    counts = [n for n in names if counts_samples(n, "")]
+    if "time_s" not in found and len(counts) == 1:
+        found = {"time_s": counts[0], **found}
     return found
 
 

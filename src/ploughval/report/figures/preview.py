@@ -59,6 +59,8 @@ class Shown:
         None: where the calibration puts the origin.
     fitted_px, residual_px : (K, 2) float, px
         Control points, or points of a board, and projected minus given.
+    given_px : (K, 2) float, px
+        Control points as they were given, where no calibration came of them.
     markers_px, missing_px : (K, 2) float, px
         Painted markers that were found; places at which none was.
     extent_x_mm : float
@@ -76,6 +78,7 @@ class Shown:
     tip_px: Floats | None = None
     fitted_px: Floats = field(default_factory=_none)
     residual_px: Floats = field(default_factory=_none)
+    given_px: Floats = field(default_factory=_none)
     markers_px: Floats = field(default_factory=_none)
     missing_px: Floats = field(default_factory=_none)
     extent_x_mm: float = 100.0
@@ -228,6 +231,14 @@ def _calibrated(axes: Axes, shown: Shown, width: int) -> None:
                 x, y, *(times * shown.residual_px).T, angles="xy", scale_units="xy", scale=1.0, width=0.0016,
                 color=SERIES[3], label=f"their residuals, times {times:g}",
             )  # fmt: skip
+    if len(shown.given_px):
+        x, y = shown.given_px.T
+        label = f"control points as given: {len(x)}"
+        axes.plot(x, y, "D", ms=6, mfc="none", mec=_GONE, mew=1.4, ls="none", label=label)
+        for number, place in enumerate(shown.given_px):
+            axes.annotate(
+                f" {number}", tuple(place), fontsize=8, color=_GONE, path_effects=_HALO, clip_on=True
+            )
     if len(shown.markers_px):
         x, y = shown.markers_px.T
         label = f"markers found: {len(x)}"
