@@ -19,6 +19,8 @@ from ploughval.photos.marker_rim import (
     RADIUS,
     SKEW,
     STRETCH,
+    VEIL_X,
+    VEIL_Y,
     Floats,
     Kind,
     Rim,
@@ -53,6 +55,12 @@ ROOM = 0.8
 """What is about a marker is taken to reach so far beyond its rim, in radii, at least 2 px."""
 LIGHT = 0.01
 """Share by which light usually changes from one pixel to the next, one standard deviation."""
+GLARE = 0.5
+"""Where glare is looked for, it may change by this share of the contrast over a radius, one std."""
+GLARE_TOLD = 3.5
+"""It is believed where its slope is so many stds,"""
+GLARE_SEEN = 0.7
+"""and looked for where this share of the rim is seen: on less, it cannot be told from another centre."""
 HUBER = 2.5
 """Pixels that are off by more stds count for less."""
 
@@ -84,7 +92,7 @@ class RimFit:
 
     Attributes
     ----------
-    theta : (10,) or (11,) float
+    theta : (12,) or (13,) float
         Parameters of :mod:`ploughval.photos.marker_rim`.
     covariance : (2, 2) float
         Of the centre, px^2.
@@ -94,6 +102,8 @@ class RimFit:
         Root mean square of what the model leaves there, as a share of the contrast.
     patchiness : float
         The same without the white noise in it.
+    glare : float
+        Slope of glare across the marker, in standard deviations.
     """
 
     theta: Floats
@@ -101,6 +111,7 @@ class RimFit:
     seen: float
     misfit: float
     patchiness: float
+    glare: float
 
     @property
     def contrast_grey(self) -> float:
@@ -109,7 +120,13 @@ class RimFit:
 
 
 def fit_rim(
-    image: NDArray[np.generic], theta: Floats, shape: Shape, kind: Kind, *, on_rays: Bools | None = None
+    image: NDArray[np.generic],
+    theta: Floats,
+    shape: Shape,
+    kind: Kind,
+    *,
+    on_rays: Bools | None = None,
+    glare: float = 0.0,
 ) -> RimFit | None:
     """Fit a marker from approximate parameters.
 
@@ -117,7 +134,7 @@ def fit_rim(
     ----------
     image : (H, W)
         Grey levels.
-    theta : (10,) or (11,) float
+    theta : (12,) or (13,) float
         Where to start: the centre within about a third of the radius.
     shape : Shape
         What is known beforehand.
@@ -125,6 +142,8 @@ def fit_rim(
         Filled, or an outline.
     on_rays : (R,) bool, optional
         Directions, evenly from +x towards +y, in which the rim is thought to be seen; all where not given.
+    glare : float
+        How much glare may change over a radius, as a share of the contrast, one standard deviation.
 
     Returns
     -------
@@ -132,6 +151,7 @@ def fit_rim(
         None where too little of a rim is seen.
     """
     fit = _Fitting(image, theta.astype(float), shape, kind)
+    fit.allow(glare)
     if on_rays is not None:
         fit.trust(on_rays)
     for _ in range(ROUNDS):
@@ -147,6 +167,20 @@ def fit_rim(
     return fit.result()
 
 
+def freed_of_glare(image: NDArray[np.generic], fit: RimFit, shape: Shape, kind: Kind) -> RimFit:
+    """A fit with glare that changes across the marker where it clearly does; else as it was.
+
+    Glare adds to the light of dark and pale alike, and so is told from uneven light; but looking for it costs
+    up to half as much error again.
+    """
+    if fit.seen < GLARE_SEEN:
+        return fit
+    other = fit_rim(image, fit.theta, shape, kind, glare=GLARE)
+    if other is None or other.glare <= GLARE_TOLD or other.seen < GLARE_SEEN:
+        return fit
+    return other
+
+
 class _Fitting:
     """State of one fit: parameters, pixels of the band about the rim, sectors that are seen."""
 
@@ -155,7 +189,11 @@ class _Fitting:
         self.theta = theta
         self._count = int(np.clip(round(2 * math.pi * theta[RADIUS] / SECTOR_PX), 16, 48))
         self.seen: Bools = np.ones(self._count, bool)
-        self._rounds = 0
+        self._rounds, self._glare = 0, 0.0
+
+    def allow(self, glare: float) -> None:
+        """Let glare change across the marker, by so much of the contrast over a radius."""
+        self._glare = glare
 
     def trust(self, on_rays: Bools) -> None:
         """Start with the sectors in most of whose directions the rim is thought to be seen."""
@@ -240,6 +278,8 @@ class _Fitting:
         uneven = LIGHT * (shape.radius_px + 3.0)
         expected[[BLUR, LIGHT_X, LIGHT_Y]] = shape.blur_px, 0.0, 0.0
         std[[BLUR, LIGHT_X, LIGHT_Y]] = shape.blur_std_px, uneven, uneven
+        expected[[VEIL_X, VEIL_Y]] = 0.0
+        std[[VEIL_X, VEIL_Y]] = self._glare * abs(contrast_at(theta)) + 1e-3
         if self._kind == "ring":
             expected[LINE], std[LINE] = 0.25 * shape.radius_px, 0.25 * shape.radius_px
         return expected, std
@@ -307,7 +347,9 @@ class _Fitting:
         noise = math.sqrt(max(float(np.sum(rest[use] ** 2)) / free, 1 / 12))
         part = Rim(rim.grey[use], rim.off_px[use], rim.slope[use], rim.jacobian[use])
         normal, _ = self._normal(part, np.ones(int(use.sum())), rest[use], noise, self.theta)
-        covariance = np.asarray(np.linalg.inv(normal)[np.ix_([CX, CY], [CX, CY])], np.float64)
+        inverse = np.asarray(np.linalg.inv(normal), np.float64)
+        covariance = inverse[np.ix_([CX, CY], [CX, CY])]
+        told = np.abs(self.theta[[VEIL_X, VEIL_Y]]) / np.sqrt(np.diag(inverse)[[VEIL_X, VEIL_Y]])
         info = np.maximum(self._sums(rim.slope**2), 1e-12)
         off = self._sums(rim.slope * rest) / info
         shown = int(self.seen.sum())
@@ -318,11 +360,12 @@ class _Fitting:
         contrast = abs(contrast_at(self.theta))
         patchy = self._patchiness(rim.off_px[use], rest[use], self._sector[use])
         return RimFit(
-            self.theta,
-            np.asarray(covariance * excess),
-            float(self.seen.mean()),
-            noise / contrast,
-            patchy / contrast,
+            theta=self.theta,
+            covariance=np.asarray(covariance * excess),
+            seen=float(self.seen.mean()),
+            misfit=noise / contrast,
+            patchiness=patchy / contrast,
+            glare=float(told.max()),
         )
 
     def _patchiness(self, off: Floats, rest: Floats, sector: NDArray[np.int64]) -> float:

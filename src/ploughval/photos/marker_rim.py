@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Kind = Literal["dot", "ring"]
 
-CX, CY, RADIUS, STRETCH, SKEW, BLUR, OUTSIDE, INSIDE, LIGHT_X, LIGHT_Y, LINE = range(11)
-"""Places of the parameters: centre, radius, stretch (a, b), blur, grey levels, slopes of the light by the
-radius, width of the line of a drawn circle; px and grey."""
+CX, CY, RADIUS, STRETCH, SKEW, BLUR, OUTSIDE, INSIDE, LIGHT_X, LIGHT_Y, VEIL_X, VEIL_Y, LINE = range(13)
+"""Places of the parameters: centre, radius, stretch (a, b), blur, grey levels, slopes of the light
+(relative) and of glare (grey) by the radius, width of the line of a drawn circle; px and grey."""
 LEAST_BLUR_PX = 0.3
 """A perfectly sharp edge integrated over pixels is about as wide."""
 
@@ -43,7 +43,7 @@ class Rim:
 
 
 def rim_at(x: Floats, y: Floats, theta: Floats, kind: Kind) -> Rim:
-    """The model at pixels (P,) x, y for parameters (10,), or (11,) for a ring."""
+    """The model at pixels (P,) x, y for parameters (12,), or (13,) for a ring."""
     off, normal, unit = _distance(x - theta[CX], y - theta[CY], theta)
     bend = theta[BLUR] ** 2 / (2 * theta[RADIUS])
     share, by_off, by_blur, by_line = _PROFILES[kind](off + bend, theta)
@@ -65,10 +65,13 @@ def rim_at(x: Floats, y: Floats, theta: Floats, kind: Kind) -> Rim:
         light * share,
         level * u,
         level * v,
+        u,
+        v,
     ]
     if kind == "ring":
         columns.append(light * contrast * by_line)
-    return Rim(light * level, off, -slope, np.stack(columns, axis=1))
+    veil = theta[VEIL_X] * u + theta[VEIL_Y] * v
+    return Rim(light * level + veil, off, -slope, np.stack(columns, axis=1))
 
 
 def _distance(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ploughval.photos.marker_fit import RimFit, Shape, fit_rim
+from ploughval.photos.marker_fit import RimFit, Shape, fit_rim, freed_of_glare
 from ploughval.photos.marker_motion import LEAST, Similarity, fit_similarity
 from ploughval.photos.marker_rim import BLUR, CX, CY, RADIUS, SKEW, STRETCH, Floats, Kind
 from ploughval.photos.markers import NOISY, PATCHY, UNLIKE_CONTRAST, MarkerFits, find_markers
@@ -114,7 +114,9 @@ class MarkerWatch:
         if not (0 <= place[0] < width and 0 <= place[1] < height):
             return None
         fit = fit_rim(image, theta, shape, self._kind)
-        return fit if fit is not None and self._same(fit, first, place) else None
+        if fit is None or not self._same(fit, first, place):
+            return None
+        return freed_of_glare(image, fit, shape, self._kind)
 
     def _same(self, fit: RimFit, first: RimFit, place: Floats) -> bool:
         """Whether a fit is of the same marker."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.photos.marker_edges import first_circle
-from ploughval.photos.marker_fit import RimFit, Shape, fit_rim
+from ploughval.photos.marker_fit import RimFit, Shape, fit_rim, freed_of_glare
 from ploughval.photos.marker_rim import BLUR, CX, CY, RADIUS, SKEW, STRETCH, Floats, Kind
 from ploughval.photos.marker_search import Candidate, search
 
@@ -170,7 +170,7 @@ def _find(
             f"two markers within {reach:.0f} px, at ({x0:.1f}, {y0:.1f}) and ({x1:.1f}, {y1:.1f}) px; "
             "say the place more exactly, or a smaller reach_px"
         )
-    return best, ""
+    return freed_of_glare(asked.image, best, shape, asked.kind), ""
 
 
 def _known(candidate: Candidate, fits: list[RimFit], contrast: float | None) -> bool:
@@ -193,10 +193,12 @@ def _fitted(asked: _Asked, candidate: Candidate, shape: Shape) -> RimFit | None:
     outside = _median(grey[(far > 1.15 * edge + 1) & (far < 1.6 * edge + 2)], 0.0)
     if kind == "dot":
         levels = outside, _median(grey[far < 0.75 * edge], outside - sign)
-        theta = np.array([*centre, edge, *shape.stretch, shape.blur_px, *levels, 0.0, 0.0])
+        theta = np.array([*centre, edge, *shape.stretch, shape.blur_px, *levels, 0.0, 0.0, 0.0, 0.0])
         return fit_rim(image, theta, shape, kind, on_rays=on)
     middle, line, level = _line(far, grey, outside, shape.radius_px)
-    theta = np.array([*centre, middle, *shape.stretch, shape.blur_px, outside, level, 0.0, 0.0, line])
+    theta = np.array(
+        [*centre, middle, *shape.stretch, shape.blur_px, outside, level, 0.0, 0.0, 0.0, 0.0, line]
+    )
     return fit_rim(image, theta, shape, kind, on_rays=on)
 
 
