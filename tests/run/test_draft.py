@@ -154,13 +154,30 @@ def test_a_log_that_never_moves_says_so(folder):
     assert "rest_s" not in tomllib.loads(text)["loadcells"]
 
 
-def test_a_board_is_offered(folder):
+def test_a_board_is_offered_and_refused_until_its_numbers_are_given(folder):
     (folder / "calibration").mkdir()
     Image.new("L", (64, 48)).save(folder / "calibration" / "board.png")
     text = draft_settings(folder)
     offered = re.search(r"^# (board = .*)$", text, flags=re.MULTILINE)[1]
     assert tomllib.loads(offered)["board"]["picture"] == "calibration/board.png"
     assert tomllib.loads(text)["camera"]["photos"] == "photos/*.png"
+    (folder / "test.toml").write_text(text.replace("# board = ", "board = "), encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        load_scene(folder)
+    places = {fault.place for fault in caught.value.faults}
+    assert {f"camera.board.{key}" for key in ("kind", "columns", "rows", "spacing_mm")} <= places
+
+
+def test_no_example_value_can_be_taken_for_an_answer(folder):
+    """Every optional line, its comment sign taken away, is a guess from the files, a default or no TOML."""
+    (folder / "photos.csv").unlink()
+    defaults = {"thickness_mm", "mobilization_length_mm", "wall_friction_deg"}
+    for line in re.findall(r"^# (\w+ = .*)$", draft_settings(folder), flags=re.MULTILINE):
+        try:
+            key = next(iter(tomllib.loads(line)))
+        except tomllib.TOMLDecodeError:
+            continue
+        assert key in defaults | {"empty", "dyed", "clock_offset_s"}, line
 
 
 @pytest.mark.parametrize("name", ['a "quoted" test', "tab\there", "Prüfung [1]", "back\\slash"])

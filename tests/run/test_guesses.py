@@ -143,3 +143,15 @@ def test_pictures_of_any_shape_are_looked_at(tmp_path, height, width):
         Image.fromarray(picture).save(tmp_path / f"photos/{k}.png")
     found = guess(*pictures(tmp_path))
     assert found.blade is None or found.blade.way_px <= width
+
+
+def test_twelve_bits_in_a_word_of_sixteen_are_seen_as_well(tmp_path):
+    from PIL import Image
+
+    truth = make_folder(tmp_path / "test", SynthOptions(seed=9, frames=6, mm_per_px=0.4, bit_depth=16))
+    for path in (tmp_path / "test" / "photos").iterdir():
+        levels = np.asarray(Image.open(path)) // 16
+        Image.fromarray(levels.astype(np.uint16)).save(path)
+    found = guess(*pictures(tmp_path / "test"))
+    assert found.blade.sure
+    assert found.tip_px == pytest.approx(truth.tip_px, abs=3.0)

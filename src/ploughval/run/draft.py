@@ -56,7 +56,7 @@ def draft_settings(folder: Path | str) -> str:
         _HEAD,
         f"[test]\nname = {quoted(name)}\n",
         _blade(found),
-        "# [box]\n# length_mm = 370.0             # inner length along the travel, where known\n",
+        "# [box]\n# length_mm = ...               # inner length along the travel, where known\n",
         _soil(),
         camera_text(found),
         loadcells_text(found),
@@ -155,5 +155,5 @@ def _soil() -> str:
         f"{''.join(ask(Soil, key) for key in keys)}"
         "# mobilization_length_mm = 1.0\n"
         "# wall_friction_deg = 0.0\n"
-        "# repose_deg = 32.0              # if absent, the residual friction angle\n"
+        "# repose_deg = ...               # if absent, the residual friction angle\n"
     )

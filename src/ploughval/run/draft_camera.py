@@ -44,7 +44,7 @@ def _times(photos: Photos) -> str:
     if photos.times is None:
         return (
             "# The photographs hold no usable times: a CSV file (file,time_s), or an interval.\n"
-            f"{remarks}# times = {{start_s = 0.0, interval_s = 2.0}}\n"
+            f"{remarks}# times = {{start_s = 0.0, interval_s = ...}}\n"
         )
     if photos.times == "exif":
         return (
@@ -118,10 +118,10 @@ def _tip_text(found: Found) -> str:
 def _board(found: Found) -> str:
     if not found.there.boards:
         return ""
-    keys = "columns = 10, rows = 7, spacing_mm = 10.0"
+    keys = "columns = 0, rows = 0, spacing_mm = 0.0"
     return (
         "# or, in place of mm_per_px, the board (kind: charuco, chessboard or dots):\n"
-        f'# board = {{kind = "chessboard", picture = {quoted(found.there.boards[0])}, {keys}}}\n'
+        f'# board = {{kind = "?", picture = {quoted(found.there.boards[0])}, {keys}}}\n'
     )
 
 
@@ -174,7 +174,7 @@ def tracers_text(found: Found) -> str:
     layers, scale = found.guesses.layers if found.blade_sure else None, found.mm_per_px
     if layers is None:
         return (
-            f"# [tracers]\n# layers_mm = [5, 10, 15, 20, 25]   # {meaning}\n"
+            f"# [tracers]\n# layers_mm = [...]                # {meaning}\n"
             "# dyed = true                      # where they are dyed sand\n"
         )
     tint = "dark" if layers.dark else "pale"

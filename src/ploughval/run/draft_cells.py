@@ -69,7 +69,7 @@ def _empty(found: Found) -> str:
 def _rest(record: LogFound) -> str:
     if record.rest_s is None:
         return (
-            "# rest_s = [0.0, 5.0]            # window before motion; absent: found from the displacement\n"
+            "# rest_s = [...]                 # window before motion; absent: found from the displacement\n"
         )
     travel = f", which travels {record.travel_mm:.4g} mm" if record.travel_mm else ""
     start, end = record.rest_s

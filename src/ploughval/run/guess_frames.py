@@ -18,6 +18,7 @@ FRAMES = 9
 """Photographs that are decoded."""
 MOST_PIXELS = 2_000_000
 """A larger photograph is averaged over squares of pixels."""
+_WHITE = 0.999  # share of the pixels of 16 bits that are no brighter than white
 _EVEN_GREY = 1.5  # a border's grey varies less than this
 _LEAST_BORDER_PX = 3
 _LEAST_SIDE_PX = 32
@@ -32,7 +33,7 @@ class Frames:
     numbers : (K,) int
         Their places in the series, from 0.
     images : (K, h, w) float32
-        Grey levels of 8 bit, of the view alone.
+        Grey levels, about 0 to 255, of the view alone.
     shrink : int
         Pixels of the photograph a pixel of these.
     view_px : (x0, y0, x1, y1)
@@ -70,14 +71,18 @@ def read_some(files: Sequence[tuple[Path, int]], bits: int) -> Frames | None:
     wanted = np.unique(np.linspace(0, len(files) - 1, min(FRAMES, len(files))).round().astype(int))
     numbers: list[int] = []
     images: list[Image] = []
-    shrink = 1
+    shrink, white = 1, 255.0
     for number in wanted.tolist():
         try:
             levels = reader.read(*files[number])
         except PloughvalError:
             continue
         shrink = max(1, int(np.ceil(np.sqrt(levels.size / MOST_PIXELS))))
-        small = _averaged(levels, shrink) / np.float32(1 if bits <= 8 else 257)
+        small = _averaged(levels, shrink)
+        if not images:
+            # 10 or 12 bits in a word of 16 do not fill it
+            white = 255.0 if bits <= 8 else max(float(np.quantile(small, _WHITE)), 1.0)
+        small *= np.float32(255.0 / white)
         if images and small.shape != images[0].shape:
             continue
         numbers.append(number)
