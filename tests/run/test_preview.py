@@ -201,6 +201,13 @@ def test_a_mistyped_control_point_is_named_and_the_points_are_shown_as_given(fol
     np.testing.assert_allclose(shown_of(found).given_px, px)
 
 
+def test_photographs_outside_of_the_log_are_counted(folder):
+    """Photographs from 10 to 65 s, one each 1.8966 s; the log ends at 66 s."""
+    edit(folder, ("clock_offset_s = 0.0", "clock_offset_s = -10.0"))
+    texts = [f.fault.value for f in preview(folder).findings if f.fault.place == "camera.clock_offset_s"]
+    assert any(text.startswith("5 of 30 photographs") for text in texts)
+
+
 def test_sand_without_texture_is_said(folder):
     from PIL import Image, ImageFilter
 

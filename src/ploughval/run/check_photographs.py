@@ -52,6 +52,7 @@ def check_photographs(settings: Settings, ledger: Ledger, lines: list[str], log:
     if seen.frames is None:
         return seen
     _say_frames(scene, seen.frames, ledger, lines)
+    _say_outside(scene, seen.frames, log, ledger)
     if "camera" in settings.sound:
         seen.calibration = _calibrated(scene, seen.frames, ledger, lines)
     first = _first(scene, seen, log, ledger)
@@ -104,6 +105,21 @@ def _times(frames: FrameSeries) -> str:
     std_s = np.nanmax(frames.time_std_s)
     uncertain = f", standard uncertainty up to {std_s:.2g} s" if std_s > 0 else ""
     return f"from {known[0]:g} to {known[-1]:g} s{uncertain}"
+
+
+def _say_outside(scene: Scene, frames: FrameSeries, log: pd.DataFrame | None, ledger: Ledger) -> None:
+    """Photographs before or after the log: no displacement will be known of them."""
+    offset = scene.camera.clock_offset_s if scene.camera else 0.0
+    if log is None or offset == "auto" or log.empty:
+        return
+    time_s, start, end = frames.time_s - offset, log["time_s"].iloc[0], log["time_s"].iloc[-1]
+    outside = np.flatnonzero((time_s < start) | (time_s > end))
+    if outside.size:
+        first = frames.name(int(outside[0]))
+        text = f"{outside.size} of {len(frames)} photographs lie outside of the log, as {first}"
+        expected = f"times from {start + offset:.6g} to {end + offset:.6g} s"
+        remedy = 'Check clock_offset_s, or set it to "auto".'
+        ledger.note(Level.LOST, "test.toml", "camera.clock_offset_s", text, expected, remedy)
 
 
 def _calibrated(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[str]) -> Calibration | None:
