@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from ploughval.axes import Direction
-from ploughval.photos.decode import read_header
+from ploughval.photos.reading.decode import read_header
 from ploughval.run.guess_scale import guess_scale
 from ploughval.run.guesses import guess
 from ploughval.synth import SynthOptions, load_truth, make_folder
@@ -155,3 +155,13 @@ def test_twelve_bits_in_a_word_of_sixteen_are_seen_as_well(tmp_path):
     found = guess(*pictures(tmp_path / "test"))
     assert found.blade.sure
     assert found.tip_px == pytest.approx(truth.tip_px, abs=3.0)
+
+
+def test_without_the_first_photograph_no_tip_is_guessed(made, tmp_path):
+    """The second photograph may show the blade under way."""
+    _, truth, folder = made
+    files, bits = pictures(folder)
+    (tmp_path / "gone.png").write_bytes(b"")
+    found = guess([(tmp_path / "gone.png", 0), *files[1:]], bits)
+    assert found.blade.direction == truth.options.direction
+    assert found.tip_px is None

@@ -208,6 +208,14 @@ def test_photographs_outside_of_the_log_are_counted(folder):
     assert any(text.startswith("5 of 30 photographs") for text in texts)
 
 
+def test_a_lost_first_photograph_is_refused_once_and_makes_no_contradiction(folder):
+    """The log has the blade under way in the second photograph."""
+    (folder / "photos" / "0000.png").write_bytes(b"")
+    found = preview(folder)
+    assert places(found, Level.REFUSED) == {"camera.photos, frame 0"}
+    assert "camera.tip_px" not in places(found, Level.LOST)
+
+
 def test_sand_without_texture_is_said(folder):
     from PIL import Image, ImageFilter
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.photos import Calibration, FrameSeries
-from ploughval.photos.decode import read_header
+from ploughval.photos.reading.decode import read_header
 from ploughval.run.check_findings import Ledger, Level
 from ploughval.run.guess_scale import guess_scale
 from ploughval.run.guesses import BladeFound, guess
@@ -33,6 +33,9 @@ def check_guesses(
         remedy = "Correct the direction; with control points, the sign of x_mm."
         ledger.note(Level.LOST, "test.toml", "camera.direction", text, str(blade.direction), remedy)
         return
+    _check_scale(scene, frames, calibration, log, ledger, blade)
+    if blade.frames[0] != 0:  # the first photograph, at rest, cannot be read
+        return
     depth_px = scene.blade.depth_mm / calibration.mm_per_px
     tip = calibration.to_px(np.zeros(2))
     if abs(blade.face_px - tip[0]) > max(_FACE_PX, _FACE_DEPTHS * depth_px):
@@ -43,7 +46,6 @@ def check_guesses(
         expected = f"about {found.depth_px:.0f} px from the surface at rest to the tip, as it is seen"
         remedy = "Check depth_mm and mm_per_px."
         ledger.note(Level.LOST, "test.toml", "blade.depth_mm", text, expected, remedy)
-    _check_scale(scene, frames, calibration, log, ledger, blade)
 
 
 def _check_scale(

@@ -74,7 +74,7 @@ def _calibration(found: Found) -> str:
     guess, told = "", ""
     if scale is not None and scale.sure:
         guess = f"{scale.mm_per_px:.5g}"
-        told = f"{_travels(found)} at the same times: standard uncertainty {scale.std:.1g} mm/px"
+        told = f"{_travels(found)} at the same times"
     elif scale is not None:
         told = (
             f"{_travels(found)}: {scale.mm_per_px:.5g} mm/px, if the photographs show the whole travel of "
@@ -86,12 +86,18 @@ def _calibration(found: Found) -> str:
     place = found.guesses.tip_px if found.blade_sure else None
     tip = "" if place is None else f"[{place[0]:.1f}, {place[1]:.1f}]"
     return (
-        f"{ask(Camera, 'mm_per_px', guess, told)}"
+        f"{ask(Camera, 'mm_per_px', guess, told)}{_scale_std(found)}"
         f"{ask(Camera, 'tip_px', tip, _tip_text(found))}"
         "# or, in place of both, control points on the window, at least 4:\n"
         "# control_points = [[px_x, px_y, x_mm, y_mm], ...]\n"
         f"{_board(found)}{_earlier(found)}"
     )
+
+
+def _scale_std(found: Found) -> str:
+    if found.scale is None or not found.scale.sure:
+        return ""
+    return f"# mm_per_px_std = {found.scale.std:.2g}          # guess: of the scale that the travel gives\n"
 
 
 def _travels(found: Found) -> str:

@@ -117,7 +117,7 @@ def guess(files: Sequence[tuple[Path, int]], bits: int) -> Guesses:
         return seen
     blade = _blade(frames, body, surface.sure)
     tip = tip_level(frames.images, (body.face, body.back), body.travel, surface.row)
-    if tip is None:
+    if tip is None or frames.numbers[0] != 0:  # a later photograph does not show the blade at rest
         return Guesses(blade, seen.surface_px, view_px=view)
     ahead = (np.arange(first.shape[1]) - body.face) * blade.direction.sign > abs(body.face - body.back)
     layers = find_layers(first, ahead, surface.row, tip.row)
