@@ -1,5 +1,7 @@
 """The files of a folder are told apart: test, empty runs, parts of one log, calibrations, tables of times."""
 
+import json
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -114,7 +116,7 @@ def test_the_larger_series_is_taken_and_the_other_is_named(tmp_path):
 
 def test_an_earlier_calibration_beside_the_folder_is_offered_if_it_fits(tmp_path):
     from ploughval.photos import calibrate, open_frames
-    from ploughval.photos.calibration_file import calibration_record
+    from ploughval.photos.calibration.file import calibration_record
     from ploughval.scene import load_scene
 
     earlier = tmp_path / "earlier"
@@ -127,8 +129,6 @@ def test_an_earlier_calibration_beside_the_folder_is_offered_if_it_fits(tmp_path
     )
     scene = load_scene(earlier)
     record = calibration_record(calibrate(scene, open_frames(scene)))
-    import json
-
     (earlier / "results" / "calibration.json").write_text(json.dumps(record), encoding="utf-8")
     new = tmp_path / "new"
     new.mkdir()

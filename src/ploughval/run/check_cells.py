@@ -28,7 +28,7 @@ def check_cells(settings: Settings, ledger: Ledger, lines: list[str]) -> pd.Data
     if not settings.complete:
         return None
     if cells.calibration.files or cells.calibration.staircases:
-        _check_calibration(scene, ledger, lines)
+        known |= _check_calibration(scene, ledger, lines)
     force = _tried(lambda: measure_force(scene), ledger, "loadcells", "a log that can be used")
     if force is None:
         return None
@@ -89,16 +89,17 @@ def _check_empty(scene: Scene, cells: LoadCells, ledger: Ledger) -> set[str]:
     return said
 
 
-def _check_calibration(scene: Scene, ledger: Ledger, lines: list[str]) -> None:
-    """Tables and staircases of known loads."""
+def _check_calibration(scene: Scene, ledger: Ledger, lines: list[str]) -> set[str]:
+    """Tables and staircases of known loads; the texts that were said."""
     place = "loadcells.calibration"
     found = _tried(lambda: calibrate_cells(scene), ledger, place, "points that fix the cells' response")
     if found is None:
-        return
+        return set()
     scatter = " and ".join(f"{value:.2g}" for value in found.scatter_Nm)
     lines.append(f"cells: {found.model} through {len(found.points)} points, scatter {scatter} N m")
     for text in found.faults:
-        ledger.note(Level.LOST, "", place, text, "points that agree")
+        ledger.note(Level.REMARK, "", place, text)
+    return set(found.faults)
 
 
 def _say_force(force: ForceResult, lines: list[str]) -> None:
