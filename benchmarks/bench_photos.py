@@ -24,7 +24,7 @@ import tifffile
 from PIL import Image
 
 from ploughval.photos import open_frames
-from ploughval.photos.decode import decode, read_header
+from ploughval.photos.reading.decode import decode, read_header
 from ploughval.scene import Scene
 from ploughval.synth import sand_texture
 

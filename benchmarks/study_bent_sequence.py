@@ -17,8 +17,8 @@ from PIL import Image
 from scipy.ndimage import map_coordinates
 
 from ploughval import process
-from ploughval.photos.homography import inverse, project
-from ploughval.photos.lens import Lens
+from ploughval.photos.calibration.homography import inverse, project
+from ploughval.photos.calibration.lens import Lens
 from ploughval.synth import EXAMPLE, adapt, load_truth, make_folder
 from sequence_errors import Tracked, blade_errors, layer_errors, surface_errors, track_errors
 

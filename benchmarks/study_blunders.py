@@ -10,8 +10,8 @@ import pandas as pd
 
 from made_cameras import SHAPE, made_camera, window_points
 from ploughval.errors import CalibrationError
-from ploughval.photos.blunder import refuse_blunder
-from ploughval.photos.camera_fit import PointSet, fit_camera
+from ploughval.photos.calibration.blunder import refuse_blunder
+from ploughval.photos.calibration.camera_fit import PointSet, fit_camera
 
 SAID = ("named", "another_named", "seen_only", "unseen")
 

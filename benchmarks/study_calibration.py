@@ -12,8 +12,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from made_cameras import SHAPE, made_camera, over_window, window_points
-from ploughval.photos.camera_fit import PointSet, fit_camera
-from ploughval.photos.camera_model import spread_of
+from ploughval.photos.calibration.camera_fit import PointSet, fit_camera
+from ploughval.photos.calibration.camera_model import spread_of
 from ploughval.scene import Window
 
 COLUMNS = (

@@ -17,8 +17,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ploughval.photos.marker_watch import MarkerWatch
-from ploughval.photos.markers import find_markers
+from ploughval.photos.markers.find import find_markers
+from ploughval.photos.markers.watch import MarkerWatch
 from ploughval.synth.discs import disc_cover
 from ploughval.synth.sand import sand_texture
 from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, save, style

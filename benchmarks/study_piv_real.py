@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import study_piv_real_figures as figures
 from ploughval.axes import Status
-from ploughval.photos.decode import decode
+from ploughval.photos.reading.decode import decode
 from ploughval.piv import Tracks, correlate
 from study_model_figures import save, style
 from study_piv_real_figures import PERIODS, STILL, WAVE_SETTINGS

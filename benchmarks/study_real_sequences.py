@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
-from ploughval.photos.decode import decode
+from ploughval.photos.reading.decode import decode
 from ploughval.piv import FramePoints, Tracker
 from ploughval.scene import Piv
 from real_figures import draw_tracks, draw_wall

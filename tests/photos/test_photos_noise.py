@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from ploughval.errors import DataError
-from ploughval.photos.decode import decode
 from ploughval.photos.noise import noise_curve
+from ploughval.photos.reading.decode import decode
 
 CLAY = Path(os.environ.get("PLOUGHVAL_SHARED", Path(__file__).parents[3] / "shared"))
 CLAY = CLAY / "realdata" / "tbar_clay_geopyv"

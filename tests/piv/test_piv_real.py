@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import shift
 
-from ploughval.photos.decode import decode
+from ploughval.photos.reading.decode import decode
 from ploughval.piv import correlate
 
 REALDATA = Path(os.environ.get("PLOUGHVAL_REALDATA", Path(__file__).parents[3] / "shared" / "realdata"))

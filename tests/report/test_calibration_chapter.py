@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ploughval.photos import calibrate
-from ploughval.photos.calibration_file import read_calibration
+from ploughval.photos.calibration.file import read_calibration
 from ploughval.report.calibration import maps
 from ploughval.report.figures import residual_figure, scale_figure
 from ploughval.report.page import single_page

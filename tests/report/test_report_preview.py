@@ -9,7 +9,7 @@ from PIL import Image
 
 from ploughval.axes import Region
 from ploughval.errors import ConfigError, DataError
-from ploughval.photos.mapping import POINT_COLUMNS
+from ploughval.photos.calibration.mapping import POINT_COLUMNS
 from ploughval.report import write_preview
 from ploughval.run.check_photographs import Seen
 from ploughval.run.preview import Preview

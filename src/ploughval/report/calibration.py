@@ -95,6 +95,6 @@ def _read(results: Results) -> Calibration | None:
     path = results.folder / CALIBRATION_FILE
     if not path.is_file():
         return None
-    from ploughval.photos.calibration_file import read_calibration
+    from ploughval.photos.calibration.file import read_calibration
 
     return read_calibration(path)

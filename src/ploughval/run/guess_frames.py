@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import PloughvalError
-from ploughval.photos.grey import Samples
-from ploughval.photos.reader import Reader
+from ploughval.photos.reading.grey import Samples
+from ploughval.photos.reading.reader import Reader
 
 Image = NDArray[np.float32]
 

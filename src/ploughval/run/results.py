@@ -13,7 +13,7 @@ from ploughval.compare import metrics_mapping
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 from ploughval.model import History
-from ploughval.photos.calibration_file import calibration_record
+from ploughval.photos.calibration.file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.load_cells import force_at_frames, load_cell_record

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Region
-from ploughval.photos.marker_watch import MarkerWatch
+from ploughval.photos.markers.watch import MarkerWatch
 from ploughval.piv import UNMOVED, CameraMovement, CameraWatch
 from ploughval.scene import Camera
 from ploughval.tracers import Sight, Watcher

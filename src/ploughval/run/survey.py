@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ploughval.errors import PloughvalError
-from ploughval.photos.decode import ENDINGS
+from ploughval.photos.reading.decode import ENDINGS
 from ploughval.run.survey_logs import Logs, find_logs
 from ploughval.run.survey_photos import Photos, find_photos
 from ploughval.run.survey_tables import ENDINGS as TABLES
@@ -98,7 +98,7 @@ def _calibrations(folder: Path, photos: Photos | None) -> tuple[str, ...]:
     """Files calibration.json here or in the results of a test beside, for photographs of this size."""
     if photos is None or photos.header is None:
         return ()
-    from ploughval.photos.calibration_file import read_calibration
+    from ploughval.photos.calibration.file import read_calibration
 
     own = [*folder.glob(_CALIBRATION), *folder.glob(f"*/{_CALIBRATION}")]
     beside = sorted(folder.resolve().parent.glob(f"*/results/{_CALIBRATION}"))

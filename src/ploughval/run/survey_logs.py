@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ploughval.errors import PloughvalError
 from ploughval.loadcells.logs import read_log
 from ploughval.loadcells.motion import find_motion
-from ploughval.photos.order import natural_key
+from ploughval.photos.series.order import natural_key
 from ploughval.run.log_words import WANTED
 from ploughval.run.survey_tables import TableFile
 from ploughval.scene import LogColumns

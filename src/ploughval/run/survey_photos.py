@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import PloughvalError
-from ploughval.photos import video
-from ploughval.photos.decode import ENDINGS, read_header
-from ploughval.photos.exif_times import exif_times
-from ploughval.photos.header import Header
-from ploughval.photos.order import natural_key
-from ploughval.photos.times import FrameTimes
-from ploughval.photos.times_table import table_times
+from ploughval.photos.reading import video
+from ploughval.photos.reading.decode import ENDINGS, read_header
+from ploughval.photos.reading.header import Header
+from ploughval.photos.series.exif_times import exif_times
+from ploughval.photos.series.order import natural_key
+from ploughval.photos.series.times import FrameTimes
+from ploughval.photos.series.times_table import table_times
 
 log = logging.getLogger(__name__)
 

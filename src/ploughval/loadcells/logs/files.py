@@ -13,7 +13,7 @@ def log_paths(scene: Scene, cells: LoadCells) -> list[Path]:
     for pattern in cells.log_patterns:
         paths = scene.matches(pattern) or [scene.path(pattern)]
         if len(paths) > 1:
-            from ploughval.photos.order import natural_key
+            from ploughval.photos.series.order import natural_key
 
             paths = sorted(paths, key=lambda path: natural_key(path.as_posix()))
         found |= dict.fromkeys(paths)

@@ -1,0 +1,1 @@
+"""Picture files to samples: every format, one grey rule."""

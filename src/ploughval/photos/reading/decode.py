@@ -1,0 +1,178 @@
+"""Picture files to samples as they are stored: no turning by EXIF, 16 bit stays 16 bit, alpha ignored."""
+
+import lzma
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+import tifffile
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from ploughval.errors import DataError
+from ploughval.photos.reading import gif, raw, tiff, video
+from ploughval.photos.reading.exif import PNG_MAGIC, load_png, read_tags
+from ploughval.photos.reading.grey import Channel, Samples, to_grey
+from ploughval.photos.reading.header import Header
+from ploughval.photos.reading.pillow import samples_of
+
+ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
+ENDINGS |= video.ENDINGS | {".jp2", ".webp"}
+_JPEG_MAGIC = b"\xff\xd8\xff"
+_JPEG2000_MAGIC = (b"\0\0\0\x0cjP  ", b"\xff\x4f\xff\x51")
+_BROKEN = (
+    OSError,
+    ValueError,
+    SyntaxError,
+    struct.error,
+    KeyError,
+    IndexError,
+    EOFError,
+    TypeError,
+    MemoryError,
+    NotImplementedError,
+    lzma.LZMAError,
+    zlib.error,
+    tifffile.TiffFileError,
+    cv2.error,
+    Image.DecompressionBombError,
+)
+
+
+def read_header(path: Path) -> Header:
+    """Read a picture's header.
+
+    Raises
+    ------
+    DataError
+        Empty file, not a picture, or a header that cannot be read.
+    MissingExtraError
+        A RAW file without the extra ``raw``.
+    """
+    with naming_faults(path, "read"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of damaged EXIF blocks; the picture may be sound
+        start = _first_bytes(path)
+        if path.suffix.lower() in raw.ENDINGS:
+            return raw.raw_header(path)
+        if path.suffix.lower() in video.ENDINGS:
+            return video.video_header(path)
+        return tiff.tiff_header(path) if start[:4] in tiff.MAGIC else _pillow_header(path, start)
+
+
+def decode(path: Path, page: int = 0, *, channel: Channel = "grey") -> Samples:
+    """Decode one picture of a file to the plane that is correlated.
+
+    Parameters
+    ----------
+    path : Path
+        JPEG, PNG, TIFF, BMP, GIF, JPEG 2000 or WebP, told by content; a video or RAW (with the extra
+        ``raw``), told by the ending.
+    page : int
+        Which picture of a multi-page TIFF, an animated GIF or a video.
+    channel : str
+        See :func:`ploughval.photos.reading.grey.to_grey`.
+
+    Returns
+    -------
+    (H, W) uint8 or uint16, contiguous
+
+    Raises
+    ------
+    DataError
+        The file cannot be decoded in full.
+    """
+    with naming_faults(path, "decoded"):
+        return to_grey(_samples(path, _first_bytes(path), page, channel), channel)
+
+
+@contextmanager
+def naming_faults(path: Path, action: str) -> Iterator[None]:
+    """Turn what decoders raise on a bad file into a DataError that names it."""
+    try:
+        yield
+    except UnidentifiedImageError:
+        raise DataError(_unidentified(path), path=path) from None
+    except _BROKEN as error:
+        raise DataError(f"cannot be {action}: {error or type(error).__name__}", path=path) from error
+
+
+def decode_8bit(path: Path) -> NDArray[np.uint8]:
+    """Decode the first picture of a file for a finder of boards: (H, W) uint8 grey."""
+    grey = decode(path)
+    if grey.dtype == np.uint8:
+        return np.asarray(grey, np.uint8)
+    top = max(int(grey.max()), 1)
+    return np.asarray(grey.astype(np.float32) * (255 / top), np.uint8)
+
+
+def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
+    if path.suffix.lower() in raw.ENDINGS:
+        return raw.decode_raw(path)
+    if path.suffix.lower() in video.ENDINGS:
+        return video.VideoFile(path, channel).read(page)
+    if start[:4] in tiff.MAGIC:
+        return tiff.decode_tiff(path, page)
+    if _png_bits(start) == 16 or start.startswith(_JPEG2000_MAGIC):
+        return _decode_opencv(path.read_bytes())  # Pillow keeps 8 of the 16 bits of colours
+    return _decode_pillow(path, page, luma=channel == "grey")
+
+
+def _unidentified(path: Path) -> str:
+    if _first_bytes(path).startswith(_JPEG_MAGIC):
+        return "is a JPEG that cannot be read: damaged, lossless or of 12 bits; expected 8 bits a sample"
+    return "is not a picture (its first bytes fit no known format)"
+
+
+def _first_bytes(path: Path) -> bytes:
+    with path.open("rb") as file:
+        start = file.read(32)
+    if not start:
+        raise DataError("is empty (0 bytes)", path=path)
+    return start
+
+
+def _png_bits(start: bytes) -> int:
+    return start[24] if start.startswith(PNG_MAGIC) and len(start) > 24 else 0
+
+
+def _jpeg2000_bits(path: Path) -> int:
+    """8 or 16, from the image header box or the size marker (ISO 15444-1, annexes I and A)."""
+    with path.open("rb") as file:
+        start = file.read(512)
+    box = start.find(b"ihdr")
+    place = box + 14 if box >= 0 else start.find(b"\xff\x51") + 40
+    return 16 if (start[place] & 0x7F) + 1 > 8 else 8
+
+
+def _pillow_header(path: Path, start: bytes) -> Header:
+    with Image.open(path) as image:
+        if image.format == "GIF":
+            return gif.gif_header(image)
+        if image.format == "JPEG2000":
+            bits = _jpeg2000_bits(path)
+        else:
+            bits = _png_bits(start) or (16 if image.mode.startswith("I;16") else 8)
+        tags = read_tags(image.getexif if image.format != "PNG" else lambda: load_png(path))
+        return Header(image.size[::-1], max(bits, 8), tags=tags)
+
+
+def _decode_pillow(path: Path, page: int, *, luma: bool) -> Samples:
+    with Image.open(path) as image:
+        if page:
+            image.seek(page)
+        if luma and image.format in ("JPEG", "MPO"):
+            image.draft("L", image.size)  # the stored luma itself: same rule, half the time
+        return samples_of(image)
+
+
+def _decode_opencv(data: bytes) -> Samples:
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None or image.dtype not in (np.uint8, np.uint16):
+        raise ValueError("truncated or damaged, or samples that are not 8 or 16 bit")
+    image = image[..., 0] if image.ndim == 3 and image.shape[2] < 3 else image
+    return image[..., 2::-1] if image.ndim == 3 else image  # type: ignore[return-value]

@@ -1,0 +1,19 @@
+"""What Pillow decodes, as samples of 8 or 16 bits without alpha."""
+
+import numpy as np
+from PIL import Image
+
+from ploughval.photos.reading.grey import Samples
+
+
+def samples_of(image: Image.Image) -> Samples:
+    """Samples of an image, (H, W) or (H, W, 3); ValueError where they are neither of 8 nor of 16 bits."""
+    if image.mode in ("I", "F"):
+        raise ValueError(f"samples of mode {image.mode}; expected 8 or 16 bit")
+    if image.mode.startswith("I;16"):
+        return np.asarray(image).astype(np.uint16)
+    if image.mode in ("L", "RGB"):
+        return np.asarray(image)
+    if image.mode in ("1", "LA", "La"):
+        return np.asarray(image.convert("LA"))[..., 0]
+    return np.asarray(image.convert("RGBA"))[..., :3]

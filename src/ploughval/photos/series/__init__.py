@@ -1,0 +1,1 @@
+"""Photographs as a series: order, times and their uncertainty, copies, gaps."""
