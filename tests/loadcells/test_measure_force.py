@@ -405,5 +405,5 @@ def test_friction_is_taken_off_as_smoothed_as_the_readings_are(tmp_path):
     still = record["time_s"] < REST - 1.0
     about = (record["time_s"] > REST - 0.5) & (record["time_s"] < REST + 0.5)
     assert record["force_N"][still].abs().max() < 0.01
-    # The sand's force leaps from 0 to 30 N and is smeared: never below 0, as friction's own step would make it.
+    # The sand's force leaps from 0 to 30 N and is smeared: never below 0, as a step would be.
     assert record["force_N"][about].min() > -0.05

@@ -57,7 +57,7 @@ def surface_level(image: Image, columns: NDArray[np.bool_]) -> Level | None:
     peak = int(good[0])
     while contrast[peak + 1 : peak + 3].max(initial=0.0) > contrast[peak]:
         peak += 1
-    return Level(_sharpened(image[:, columns], peak), bool(share[peak] > 0.95))
+    return Level(sharpened(image[:, columns], peak), bool(share[peak] > 0.95))
 
 
 def _texture(image: Image) -> Image:
@@ -88,7 +88,7 @@ def _levels(channel: Image) -> tuple[Floats, Floats]:
     return share, contrast
 
 
-def _sharpened(image: Image, row: int) -> float:
+def sharpened(image: Image, row: int) -> float:
     """Where the mean grey of the rows is half way between that above a level and that below it."""
     low, high = max(row - _HALF_PX, 0), min(row + _HALF_PX, len(image))
     profile = np.median(image[low:high], axis=1).astype(float)

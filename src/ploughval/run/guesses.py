@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from ploughval.axes import Direction
 from ploughval.run.guess_blade import BladeGuess, find_blade
 from ploughval.run.guess_frames import Frames, read_some
-from ploughval.run.guess_levels import Bands, find_layers, surface_level, tip_level
+from ploughval.run.guess_levels import Bands, find_layers, sharpened, surface_level, tip_level
 
 Floats = NDArray[np.float64]
 
+_NEAR_WIDTHS, _NEAR_SHARE = 2.0, 0.15  # of blade and picture: where the surface is read for the depth
 _SURFACE_ROWS = 2  # rows above the surface that are left out of the air
 _LEAST_AIR_ROWS = 8
 _LEAST_PHOTOGRAPHS = 3
@@ -56,7 +57,7 @@ class Guesses:
     Attributes
     ----------
     surface_px : float
-        Row of the surface of the sand at rest.
+        Row of the surface of the sand at rest, ahead of the blade where it was found.
     tip_px : (float, float)
         Blade face at the level of its tip.
     tip_sure : bool
@@ -110,20 +111,28 @@ def guess(files: Sequence[tuple[Path, int]], bits: int) -> Guesses:
     surface = surface_level(first, np.ones(first.shape[1], bool))
     if surface is None:
         return Guesses(view_px=view)
-    seen = Guesses(surface_px=frames.row_px(surface.row), view_px=view)
     air_rows = int(surface.row) - _SURFACE_ROWS
     body = find_blade(frames.images, air_rows) if air_rows >= _LEAST_AIR_ROWS else None
     if body is None:
-        return seen
+        return Guesses(surface_px=frames.row_px(surface.row), view_px=view)
+    near = _ahead(
+        body, first.shape[1], _NEAR_WIDTHS * abs(body.face - body.back) + _NEAR_SHARE * first.shape[1]
+    )
+    at_blade = frames.row_px(sharpened(first[:, near], round(surface.row))) if near.sum() > 1 else None
     blade = _blade(frames, body, surface.sure)
     tip = tip_level(frames.images, (body.face, body.back), body.travel, surface.row)
     if tip is None or frames.numbers[0] != 0:  # a later photograph does not show the blade at rest
-        return Guesses(blade, seen.surface_px, view_px=view)
-    ahead = (np.arange(first.shape[1]) - body.face) * blade.direction.sign > abs(body.face - body.back)
-    layers = find_layers(first, ahead, surface.row, tip.row)
+        return Guesses(blade, at_blade, view_px=view)
+    layers = find_layers(first, _ahead(body, first.shape[1]), surface.row, tip.row)
     scaled = None if layers is None else layers.scaled(frames.shrink)
     place = (frames.column_px(body.face), frames.row_px(tip.row))
-    return Guesses(blade, seen.surface_px, place, surface.sure and tip.sure, scaled, view)
+    return Guesses(blade, at_blade, place, surface.sure and tip.sure, scaled, view)
+
+
+def _ahead(body: BladeGuess, width: int, reach: float = np.inf) -> NDArray[np.bool_]:
+    """Columns (w,) ahead of the blade, from a width of it on."""
+    far = (np.arange(width) - body.face) * (1 if body.rightwards else -1)
+    return np.asarray((far > abs(body.face - body.back)) & (far < reach))
 
 
 def _blade(frames: Frames, body: BladeGuess, surface_sure: bool) -> BladeFound:
