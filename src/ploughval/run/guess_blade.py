@@ -13,6 +13,7 @@ Floats = NDArray[np.float64]
 Stack = NDArray[np.float32]
 
 _LEAST_EDGE_GREY = 3.0
+_NOISES = 4.0  # standard deviations of an edge by noise
 _OF_STRONGEST = 0.12  # an edge weaker than this share of the strongest is none
 _MOST_EDGES = 24
 _WIDEST = 0.15  # of the picture
@@ -114,7 +115,7 @@ def _peaks(edge: Floats) -> list[int]:
     size = np.abs(edge)
     middle = size[1:-1]
     top = (middle >= size[:-2]) & (middle > size[2:])
-    least = max(_LEAST_EDGE_GREY, _OF_STRONGEST * float(size.max()), 4 * float(np.median(size)))
+    least = max(_LEAST_EDGE_GREY, _OF_STRONGEST * float(size.max()), _NOISES * float(np.quantile(size, 0.68)))
     places = np.flatnonzero(top & (middle >= least)) + 1
     return sorted(places[np.argsort(-size[places], kind="stable")][:_MOST_EDGES].tolist())
 
