@@ -67,6 +67,19 @@ def test_every_variable_names_its_unit():
     assert units["zncc"] == "1"
 
 
+def test_what_the_calibration_leaves_open_is_told_apart_from_the_random_part():
+    # a scale known to 1 % moves a place by 1 % of its distance from the tip: (0, 0) and (5, 10) mm
+    camera = SCENE.camera.model_copy(update={"mm_per_px_std": 0.005})
+    scene = SCENE.model_copy(update={"camera": camera})
+    calibration = calibrate(scene, SimpleNamespace(shape=(120, 160)))
+    times = np.array([0.0, 1.0])
+    data = tracks_dataset(record(), calibration, scene, times, times)
+    assert data["calibration_std_mm"].dims == ("point",)
+    assert np.allclose(data["calibration_std_mm"], [0.0, np.sqrt((0.05**2 + 0.1**2) / 2)], atol=1e-9)
+    assert np.array_equal(data["std_mm"], dataset()["std_mm"], equal_nan=True)
+    assert "not in std_mm" in data["calibration_std_mm"].attrs["long_name"]
+
+
 def test_tables_carry_the_displacement_of_their_frame():
     u = np.array([0.0, 1.5])
     assert surface_table(record(), u)["u_mm"].tolist() == [0.0, 1.5]

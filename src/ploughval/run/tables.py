@@ -21,6 +21,8 @@ LONG_NAMES = {
     "x_mm": "position along the travel",
     "y_mm": "height above the tip",
     "std_mm": "standard deviation of the position, either component, gathered since frame 0",
+    "calibration_std_mm": "standard uncertainty of the initial position from the calibration, rms of its two "
+    "components; common to all frames, not in std_mm",
     "zncc": "zero-normalised cross-correlation with the reference",
     "status": "reason code",
     "time_s": "time of the photograph by the camera's clock",
@@ -37,18 +39,22 @@ def tracks_dataset(
     Returns
     -------
     Dataset
-        Dims frame and point; x_mm, y_mm, std_mm, zncc, status (frame, point); x0_mm, y0_mm, layer_mm
-        (point); time_s, u_mm, blade_x_mm (frame). A point that is not OK is NaN and ``status`` says why.
+        Dims frame and point; x_mm, y_mm, std_mm, zncc, status (frame, point); x0_mm, y0_mm, layer_mm,
+        calibration_std_mm (point); time_s, u_mm, blade_x_mm (frame). A point that is not OK is NaN and
+        ``status`` says why. ``std_mm`` is the random part of a position; ``calibration_std_mm`` is shared by
+        all points and frames, is not lessened by averaging, and mostly cancels in displacements.
     """
     initial = calibration.to_mm(record.points_px)
     valid = np.isin(record.status, (Status.OK, Status.REPLACED))
     position = np.where(valid[..., None], calibration.to_mm(record.position_px), np.nan)
     local_mm_per_px = calibration.mm_per_px_at(record.position_px)
     std = np.where(valid, record.point_std_px * local_mm_per_px, np.nan)
+    shared_std = np.sqrt(np.mean(calibration.std_mm(record.points_px) ** 2, axis=-1))
     data = {
         "x0_mm": ("point", initial[:, 0]),
         "y0_mm": ("point", initial[:, 1]),
         "layer_mm": ("point", record.layer_mm),
+        "calibration_std_mm": ("point", shared_std),
         "x_mm": (("frame", "point"), position[..., 0]),
         "y_mm": (("frame", "point"), position[..., 1]),
         "std_mm": (("frame", "point"), std),
