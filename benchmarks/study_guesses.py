@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Direction
-from ploughval.run.guesses import guess
+from ploughval.run.setup.guesses import guess
 from ploughval.synth import SynthOptions, make_folder
 
 Picture = NDArray[np.float32]

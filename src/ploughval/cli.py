@@ -134,7 +134,7 @@ def _plain_progress(talk: _Talk) -> Callable[[str, int, int], None]:
 def init(folder: Annotated[Path, typer.Argument(help="Folder with photographs and logs.")]) -> None:
     """Write a commented test.toml from what is in the folder."""
     with _command() as talk:
-        from ploughval.run.draft import write_draft
+        from ploughval.run.setup.draft import write_draft
 
         path = write_draft(folder)
         talk.say(
@@ -151,8 +151,8 @@ def check(
     """Validate everything, preview calibration, masks and first tracks; the test folder is not changed."""
     with _command(as_json) as talk:
         from ploughval.report import write_preview
-        from ploughval.run.check_findings import Level
-        from ploughval.run.preview import preview
+        from ploughval.run.setup.check_findings import Level
+        from ploughval.run.setup.preview import preview
 
         found = preview(folder)
         for line in found.lines:

@@ -11,8 +11,8 @@ from ploughval.axes import Region
 from ploughval.errors import ConfigError, DataError
 from ploughval.photos.calibration.mapping import POINT_COLUMNS
 from ploughval.report import write_preview
-from ploughval.run.check_photographs import Seen
-from ploughval.run.preview import Preview
+from ploughval.run.setup.check_photographs import Seen
+from ploughval.run.setup.preview import Preview
 
 
 class Plain:

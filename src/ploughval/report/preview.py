@@ -12,7 +12,7 @@ from ploughval.report.figures.style import saved
 from ploughval.report.text import slug
 
 if TYPE_CHECKING:
-    from ploughval.run.preview import Preview
+    from ploughval.run.setup.preview import Preview
 
 FORMATS = (".png", ".svg", ".pdf")
 
@@ -23,7 +23,7 @@ def write_preview(found: "Preview", picture: Path | None = None) -> Path:
     Parameters
     ----------
     found : Preview
-        What :func:`ploughval.run.preview.preview` saw; it must hold a photograph.
+        What :func:`ploughval.run.setup.preview.preview` saw; it must hold a photograph.
     picture : path, optional
         PNG, SVG or PDF file; absent: a PNG in a new temporary folder, for the test folder is not changed.
 

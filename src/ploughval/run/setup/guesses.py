@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Direction
-from ploughval.run.guess_blade import BladeGuess, find_blade
-from ploughval.run.guess_frames import Frames, read_some
-from ploughval.run.guess_levels import Bands, find_layers, sharpened, surface_level, tip_level
+from ploughval.run.setup.guess_blade import BladeGuess, find_blade
+from ploughval.run.setup.guess_frames import Frames, read_some
+from ploughval.run.setup.guess_levels import Bands, find_layers, sharpened, surface_level, tip_level
 
 Floats = NDArray[np.float64]
 

@@ -1,10 +1,10 @@
 """The load cells' table of a draft: log, empty runs, geometry, columns, calibration."""
 
 from ploughval.loadcells.logs.units import counts_samples
-from ploughval.run.draft_facts import Found
-from ploughval.run.draft_lines import ask, listed, offer, quoted, remark
-from ploughval.run.log_words import WANTED
-from ploughval.run.survey_logs import LogFound
+from ploughval.run.setup.draft_facts import Found
+from ploughval.run.setup.draft_lines import ask, listed, offer, quoted, remark
+from ploughval.run.setup.log_words import WANTED
+from ploughval.run.setup.survey_logs import LogFound
 from ploughval.scene import LoadCells
 
 

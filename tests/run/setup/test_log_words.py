@@ -2,7 +2,7 @@
 
 import pytest
 
-from ploughval.run.log_words import guess_columns, words_of
+from ploughval.run.setup.log_words import guess_columns, words_of
 
 ALL = {"time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm"}
 

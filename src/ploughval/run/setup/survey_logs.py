@@ -14,8 +14,8 @@ from ploughval.errors import PloughvalError
 from ploughval.loadcells.logs import read_log
 from ploughval.loadcells.motion import find_motion
 from ploughval.photos.series.order import natural_key
-from ploughval.run.log_words import WANTED
-from ploughval.run.survey_tables import TableFile
+from ploughval.run.setup.log_words import WANTED
+from ploughval.run.setup.survey_tables import TableFile
 from ploughval.scene import LogColumns
 
 log = logging.getLogger(__name__)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ploughval.run.draft import draft_settings
-from ploughval.run.survey import survey
+from ploughval.run.setup.draft import draft_settings
+from ploughval.run.setup.survey import survey
 
 NAMES = "time_s,displacement_mm,moment_upper_Nm,moment_lower_Nm"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from ploughval.loadcells.logs.names import matches
-from ploughval.run.log_words import guess_columns
+from ploughval.run.setup.log_words import guess_columns
 
 ENDINGS = frozenset({".csv", ".txt", ".dat", ".tsv", ".asc", ".tdms"})
 _HEAD_BYTES = 65_536

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from ploughval.errors import ConfigError
-from ploughval.run.draft import draft_settings, write_draft
+from ploughval.run.setup.draft import draft_settings, write_draft
 from ploughval.scene import load_scene
 
 ANSWERS = {

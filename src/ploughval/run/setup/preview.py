@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ploughval.run.check_cells import check_cells
-from ploughval.run.check_findings import Finding, Ledger, Level, heard
-from ploughval.run.check_photographs import Seen, check_photographs
-from ploughval.run.check_settings import settings_of
+from ploughval.run.setup.check_cells import check_cells
+from ploughval.run.setup.check_findings import Finding, Ledger, Level, heard
+from ploughval.run.setup.check_photographs import Seen, check_photographs
+from ploughval.run.setup.check_settings import settings_of
 from ploughval.scene import Scene
 
 

@@ -5,9 +5,9 @@ import pandas as pd
 
 from ploughval.photos import Calibration, FrameSeries
 from ploughval.photos.reading.decode import read_header
-from ploughval.run.check_findings import Ledger, Level
-from ploughval.run.guess_scale import guess_scale
-from ploughval.run.guesses import BladeFound, guess
+from ploughval.run.setup.check_findings import Ledger, Level
+from ploughval.run.setup.guess_scale import guess_scale
+from ploughval.run.setup.guesses import BladeFound, guess
 from ploughval.scene import Scene
 
 _FACE_PX, _FACE_DEPTHS = 6.0, 0.06

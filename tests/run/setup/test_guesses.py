@@ -11,11 +11,11 @@ import pytest
 
 from ploughval.axes import Direction
 from ploughval.photos.reading.decode import read_header
-from ploughval.run.guess_scale import guess_scale
-from ploughval.run.guesses import guess
+from ploughval.run.setup.guess_scale import guess_scale
+from ploughval.run.setup.guesses import guess
 from ploughval.synth import SynthOptions, load_truth, make_folder
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 LEFT = Direction.LEFT
 CASES = {
     "right, dyed": SynthOptions(seed=5, frames=10),

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from ploughval.errors import ConfigError, Fault, PloughvalError
-from ploughval.run.draft_camera import camera_text, tracers_text
-from ploughval.run.draft_cells import loadcells_text
-from ploughval.run.draft_facts import Found
-from ploughval.run.draft_lines import ask, offer, quoted
-from ploughval.run.guess_scale import ScaleGuess, guess_scale
-from ploughval.run.guesses import NOTHING, Guesses, guess
-from ploughval.run.survey import Survey, survey
+from ploughval.run.setup.draft_camera import camera_text, tracers_text
+from ploughval.run.setup.draft_cells import loadcells_text
+from ploughval.run.setup.draft_facts import Found
+from ploughval.run.setup.draft_lines import ask, offer, quoted
+from ploughval.run.setup.guess_scale import ScaleGuess, guess_scale
+from ploughval.run.setup.guesses import NOTHING, Guesses, guess
+from ploughval.run.setup.survey import Survey, survey
 from ploughval.scene import Blade, Soil
 
 log = logging.getLogger(__name__)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ploughval.run.draft_facts import Found
-from ploughval.run.draft_lines import ask, offer, quoted, remark
-from ploughval.run.survey_photos import Photos
+from ploughval.run.setup.draft_facts import Found
+from ploughval.run.setup.draft_lines import ask, offer, quoted, remark
+from ploughval.run.setup.survey_photos import Photos
 from ploughval.scene import Camera, Tracers
 
 _ASK_DIRECTION = (

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from ploughval.errors import PloughvalError
 from ploughval.photos.reading.decode import ENDINGS
-from ploughval.run.survey_logs import Logs, find_logs
-from ploughval.run.survey_photos import Photos, find_photos
-from ploughval.run.survey_tables import ENDINGS as TABLES
-from ploughval.run.survey_tables import TableFile, look_at_table, of_empty_box
+from ploughval.run.setup.survey_logs import Logs, find_logs
+from ploughval.run.setup.survey_photos import Photos, find_photos
+from ploughval.run.setup.survey_tables import ENDINGS as TABLES
+from ploughval.run.setup.survey_tables import TableFile, look_at_table, of_empty_box
 
 _NO_TEST = frozenset({"results", "truth"})
 _BOARD_ROOMS = frozenset({"calibration", "calib", "kalibrierung", "board"})

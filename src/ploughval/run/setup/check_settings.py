@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ploughval.errors import ConfigError, Fault
-from ploughval.run.check_findings import Ledger
+from ploughval.run.setup.check_findings import Ledger
 from ploughval.scene import Scene, load_scene
 from ploughval.scene_faults import rename_keys, setting_faults
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ploughval.errors import ConfigError, DataError, PloughvalError
 from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
 from ploughval.piv import Tracks, correlate
-from ploughval.run.check_findings import Ledger, Level
-from ploughval.run.check_guesses import check_guesses
-from ploughval.run.check_settings import Settings
 from ploughval.run.first_frame import first_frame
+from ploughval.run.setup.check_findings import Ledger, Level
+from ploughval.run.setup.check_guesses import check_guesses
+from ploughval.run.setup.check_settings import Settings
 from ploughval.run.steadied import FixedMarkers
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points

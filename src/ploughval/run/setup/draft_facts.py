@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from ploughval.run.guess_scale import ScaleGuess
-from ploughval.run.guesses import Guesses
-from ploughval.run.survey import Survey
+from ploughval.run.setup.guess_scale import ScaleGuess
+from ploughval.run.setup.guesses import Guesses
+from ploughval.run.setup.survey import Survey
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,8 +9,8 @@ import pandas as pd
 from ploughval.errors import PloughvalError
 from ploughval.loadcells import ForceResult, Log, calibrate_cells, measure_force
 from ploughval.loadcells.logs import log_paths, read_cell_log
-from ploughval.run.check_findings import Ledger, Level
-from ploughval.run.check_settings import Settings
+from ploughval.run.setup.check_findings import Ledger, Level
+from ploughval.run.setup.check_settings import Settings
 from ploughval.scene import LoadCells, Scene
 
 Value = TypeVar("Value")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from ploughval.report.preview import shown_of
-from ploughval.run.check_findings import Level
-from ploughval.run.draft import write_draft
-from ploughval.run.preview import preview
+from ploughval.run.setup.check_findings import Level
+from ploughval.run.setup.draft import write_draft
+from ploughval.run.setup.preview import preview
 from ploughval.scene import load_scene
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 
 
 @pytest.fixture

@@ -1,0 +1,1 @@
+"""Before a test is processed: what its folder holds, a first test.toml, and all that is wrong with it."""
