@@ -1,14 +1,12 @@
 """The command line: the verbs of ploughval, their exit codes and their progress."""
 
-import json
 import logging
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk, command, shown_progress
 
 app = typer.Typer(
     name="ploughval",
@@ -19,62 +17,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-DONE, INCOMPLETE, REFUSED, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
-
 Folder = Annotated[Path, typer.Argument(help="Test folder with a test.toml.")]
 Folders = Annotated[list[Path], typer.Argument(help="Test folders, each with a test.toml.")]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of text.")]
-
-
-class _Talk:
-    """What a command says: text, or one JSON value at its end."""
-
-    def __init__(self, as_json: bool) -> None:
-        self.as_json = as_json
-        self.summary: dict[str, Any] = {}
-
-    def say(self, text: str) -> None:
-        if not self.as_json:
-            typer.echo(text)
-
-    def warn(self, text: str) -> None:
-        typer.echo(text, err=True)
-
-    def close(self, code: int) -> None:
-        if self.as_json:
-            typer.echo(json.dumps({"exit_code": code, **self.summary}, indent=1, sort_keys=True, default=str))
-
-
-@contextmanager
-def _command(as_json: bool = False) -> Iterator[_Talk]:
-    """Turn what a command raises into its message and exit code: no traceback for what a user can cause."""
-    from ploughval.errors import PloughvalError
-
-    talk = _Talk(as_json)
-    try:
-        yield talk
-    except PloughvalError as error:
-        talk.summary["error"] = str(error)
-        talk.warn(f"refused: {error}")
-        talk.close(REFUSED)
-        raise typer.Exit(REFUSED) from None
-    except KeyboardInterrupt:
-        talk.warn("interrupted: finished stages are kept; the same command goes on from there")
-        raise typer.Exit(INTERRUPTED) from None
-    except typer.Exit as stop:
-        talk.close(stop.exit_code)
-        raise
-    except Exception as error:
-        logging.getLogger(__name__).debug("internal error", exc_info=True)
-        talk.summary["error"] = f"{type(error).__name__}: {error}"
-        talk.warn(
-            f"internal error: {type(error).__name__}: {error}\n"
-            "This is a fault in ploughval: run again as `ploughval --debug ...` and report what it prints."
-        )
-        talk.close(INTERNAL)
-        raise typer.Exit(INTERNAL) from None
-    else:
-        talk.close(DONE)
 
 
 @app.callback()
@@ -92,48 +37,10 @@ def _options(
         logging.getLogger(noisy).setLevel(logging.WARNING)
 
 
-@contextmanager
-def _progress(talk: _Talk) -> Iterator[Callable[[str, int, int], None] | None]:
-    """A progress bar on a terminal, plain lines in a log, nothing with --json."""
-    if talk.as_json:
-        yield None
-        return
-    if not sys.stderr.isatty():
-        yield _plain_progress(talk)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        tasks: dict[str, Any] = {}
-
-        def show(stage: str, done: int, total: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=total)
-            if done == total or total > 1:
-                bar.update(tasks[stage], completed=done if total > 1 else bar.tasks[tasks[stage]].total)
-
-        yield show
-
-
-def _plain_progress(talk: _Talk) -> Callable[[str, int, int], None]:
-    said: dict[str, int] = {}
-
-    def show(stage: str, done: int, total: int) -> None:
-        tenth = 10 * done // total if total else 10
-        if tenth > said.get(stage, 0) and (total > 1 or stage not in said):
-            said[stage] = tenth
-            if total > 1 and tenth % 2 == 0:
-                talk.warn(f"{stage}: {done} of {total}")
-
-    return show
-
-
 @app.command()
 def init(folder: Annotated[Path, typer.Argument(help="Folder with photographs and logs.")]) -> None:
     """Write a commented test.toml from what is in the folder."""
-    with _command() as talk:
+    with command() as talk:
         from ploughval.run.setup.draft import write_draft
 
         path = write_draft(folder)
@@ -149,7 +56,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Validate everything, preview calibration, masks and first tracks; the test folder is not changed."""
-    with _command(as_json) as talk:
+    with command(as_json) as talk:
         from ploughval.report import write_preview
         from ploughval.run.setup.check_findings import Level
         from ploughval.run.setup.preview import preview
@@ -199,7 +106,7 @@ def process(
     as_json: Json = False,
 ) -> None:
     """Process test folders: photographs and logs to measurements, model, comparison and report."""
-    with _command(as_json) as talk:
+    with command(as_json) as talk:
         from ploughval.run.workers import run_all
 
         worst = DONE
@@ -211,7 +118,7 @@ def process(
             worst = max(worst, code)
             tests.append(row)
 
-        with _progress(talk) as progress:
+        with shown_progress(talk) as progress:
             options: dict[str, Any] = {"workers": workers, "fresh": fresh}
             if scheduler is None:
                 options["progress"] = progress
@@ -221,7 +128,7 @@ def process(
             raise typer.Exit(worst)
 
 
-def _outcome_row(talk: _Talk, folder: Path, result: Any, *, several: bool) -> tuple[int, dict[str, Any]]:
+def _outcome_row(talk: Talk, folder: Path, result: Any, *, several: bool) -> tuple[int, dict[str, Any]]:
     """Say what became of one test; its exit code and its row of the JSON summary."""
     from ploughval.errors import PloughvalError
 
@@ -264,7 +171,7 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Run the incremental-collapse model alone; needs neither photographs nor load cells."""
-    with _command(as_json) as talk:
+    with command(as_json) as talk:
         from ploughval.model import simulate as run_model
         from ploughval.run.results import write_model
         from ploughval.scene import load_scene
@@ -288,7 +195,7 @@ def simulate(
 @app.command()
 def fit(folder: Folder, as_json: Json = False) -> None:
     """Friction angles and mobilization length from the measured force, with uncertainty."""
-    with _command(as_json) as talk:
+    with command(as_json) as talk:
         from ploughval.run.soil import fit_folder
 
         fitted, path = fit_folder(folder)
@@ -303,7 +210,7 @@ def report(
     out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
 ) -> None:
     """Write the report page again: of one test, or of several compared."""
-    with _command() as talk:
+    with command() as talk:
         from ploughval.report import write_report
         from ploughval.run.results import results_of
 
@@ -330,12 +237,13 @@ def synth(
     unit_weight: Annotated[float | None, typer.Option(help="Unit weight, kN/m3.")] = None,
     bit_depth: Annotated[int | None, typer.Option(help="8 or 16.")] = None,
     image_format: Annotated[str | None, typer.Option(help="png, jpg or tif.")] = None,
+    markers: Annotated[int | None, typer.Option(help="Markers painted on the window.")] = None,
     no_force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
     no_photos: Annotated[bool, typer.Option("--no-photos", help="Leave the photographs out.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
 ) -> None:
     """Make a whole test folder from a seed, with the exact truth beside it."""
-    with _command() as talk:
+    with command() as talk:
         from ploughval.scene import load_scene
         from ploughval.synth import EXAMPLE, adapt, make_folder, options_like
 
@@ -359,6 +267,7 @@ def synth(
             displacement_mm=displacement,
             bit_depth=bit_depth,
             image_format=image_format,
+            markers=markers,
             loadcells=not no_force,
             photographs=not no_photos,
         )
@@ -374,7 +283,7 @@ def bench(
     out: Annotated[Path, typer.Option(help="Where tables and figures go.")] = Path("reports/speed-error"),
 ) -> None:
     """Measure speed against error and write the tables."""
-    with _command() as talk:
+    with command() as talk:
         from ploughval.run.benches import run_benches
 
         for path in run_benches(names or [], out):
@@ -389,11 +298,11 @@ def demo(
     workers: Annotated[int, typer.Option(min=1, max=256, help="Threads.")] = 2,
 ) -> None:
     """Make the example test folder, process it and print where the report is."""
-    with _command() as talk:
+    with command() as talk:
         from ploughval.synth import EXAMPLE, make_folder
 
         make_folder(out, EXAMPLE, overwrite=True)
-        with _progress(talk) as progress:
+        with shown_progress(talk) as progress:
             result = _process_one(out, None, workers=workers, progress=progress)
         talk.say(f"report: {result.report}")
 
