@@ -77,12 +77,30 @@ def test_creep_told_by_markers_is_said_as_taken_off_when_it_has_doubled():
     assert "taken off all places" in texts[3][0]
 
 
-def test_lost_marker_is_said_once_and_again_when_it_is_lost_again():
+@pytest.mark.parametrize(
+    ("frames", "length"),
+    [
+        ({2}, ""),
+        ({1, 2, 4}, " (in 3 photographs, the last of them frame 4)"),
+        ({3, 4, 5}, ", from here to the end"),
+        ({1, 5}, " (in 2 photographs, the last of them frame 5)"),
+    ],
+)
+def test_lost_marker_is_said_once_with_how_long_it_is_lost(frames, length):
     lost = "fixed marker 2 at (9, 9) px is not seen"
-    texts = notes_of(
-        [marked(), marked(missing=[lost]), marked(missing=[lost]), marked(), marked(missing=[lost])]
-    )
-    assert texts == {1: [lost], 4: [lost]}
+    texts = notes_of([marked(missing=[lost] if k in frames else []) for k in range(6)])
+    assert texts == {min(frames): [lost + length]}
+
+
+def test_steady_fast_creep_is_no_knock_in_every_frame():
+    texts = notes_of([marked((0.5 * k, -0.2 * k)) for k in range(40)])
+    assert list(texts) == [1, 3, 7, 15, 31]  # 0.54 px, then whenever it has more than doubled
+
+
+def test_knock_of_a_creeping_camera_is_said_where_it_happens():
+    texts = notes_of([marked((0.5 * k + (2.0 if k >= 20 else 0.0), 0.0)) for k in range(25)])
+    assert 20 in texts
+    assert not {19, 22, 23, 24} & set(texts)
 
 
 def test_frame_from_which_the_sand_has_to_tell_is_named():

@@ -31,15 +31,19 @@ class FrameNotes:
         self._mm_per_px, self._reach_px = mm_per_px, math.hypot(*shape) / 2
         self._notes: dict[int, list[str]] = {}
         self._still: dict[int, float] = {}  # correlation of still sand by frame, where it is known
-        self._shift, self._drift_px, self._turn_px = np.zeros(2), DRIFT_PX, TURN_PX
+        self._shift, self._step, self._drift_px, self._turn_px = np.zeros(2), np.zeros(2), DRIFT_PX, TURN_PX
         self._blade_mm = -np.inf
-        self._missing: tuple[str, ...] = ()
+        self._frames: list[int] = []  # that were looked at
+        self._lost: dict[str, list[int]] = {}  # what is wrong with a fixed marker, and the frames of it
         self._by_markers = 0
 
     def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> None:
         """Take in what one photograph shows."""
         notes = ["the same picture as the frame before"] if doubled else []
         notes += self._camera_moved(camera)
+        self._frames.append(frame)
+        for text in camera.missing:
+            self._lost.setdefault(text, []).append(frame)
         if np.isfinite(camera.zncc):
             self._still[frame] = camera.zncc
         back = self._blade_mm - sight.blade_x_mm
@@ -53,7 +57,8 @@ class FrameNotes:
     def _camera_moved(self, camera: CameraMovement) -> list[str]:
         if camera.markers or self._by_markers:
             return self._told_by_markers(camera)
-        notes, step = list(camera.missing), camera.shift_px - self._shift
+        notes: list[str] = []
+        step = camera.shift_px - self._shift
         if step.any():
             notes.append(f"the camera moved by ({step[0]:+.2f}, {step[1]:+.2f}) px: taken off all places")
         self._shift = camera.shift_px
@@ -74,16 +79,16 @@ class FrameNotes:
         return notes
 
     def _told_by_markers(self, camera: CameraMovement) -> list[str]:
-        """What fixed markers say: losses once, knocks each, creep and turn when they have doubled."""
-        notes = [text for text in camera.missing if text not in self._missing]
-        self._missing = camera.missing
+        """What fixed markers say: knocks each, creep and turn when they have doubled."""
+        notes = []
         if not camera.markers and self._by_markers:
             notes.append("too few fixed markers agree: from here the sand tells the camera's movement")
         self._by_markers = camera.markers
         step, moved = camera.shift_px - self._shift, float(np.hypot(*camera.shift_px))
-        self._shift = camera.shift_px
+        knocked = np.hypot(*(step - self._step)) > DRIFT_PX and np.hypot(*step) > DRIFT_PX
+        self._shift, self._step = camera.shift_px, step
         turn_px = 0.0 if np.isnan(camera.turn_deg) else abs(math.radians(camera.turn_deg)) * self._reach_px
-        if np.hypot(*step) > DRIFT_PX or moved > self._drift_px or turn_px > self._turn_px:
+        if knocked or moved > self._drift_px or turn_px > self._turn_px:
             self._drift_px, self._turn_px = max(self._drift_px, 2 * moved), max(self._turn_px, 2 * turn_px)
             (x, y), turn = camera.shift_px, np.nan_to_num(camera.turn_deg)
             notes.append(
@@ -93,11 +98,21 @@ class FrameNotes:
         return notes
 
     def texts(self) -> dict[int, list[str]]:
-        """Notes of each frame that has some; poor pictures are told from the whole series."""
+        """Notes of each frame that has some; lost markers and poor pictures from the whole series."""
         notes = {frame: list(texts) for frame, texts in self._notes.items()}
+        for text, frames in self._lost.items():
+            notes.setdefault(frames[0], []).append(text + self._how_long(frames))
         usual = float(np.median(list(self._still.values()))) if self._still else np.nan
         for frame, zncc in self._still.items():
             if zncc < POOR * usual:
                 text = f"still sand correlates with frame 0 at {zncc:.2f} where {usual:.2f} is usual: "
                 notes.setdefault(frame, []).append(text + "out of focus, over-exposed or covered?")
         return dict(sorted(notes.items()))
+
+    def _how_long(self, frames: list[int]) -> str:
+        """The rest of a note that would be the same in every one of these frames."""
+        if len(frames) == 1:
+            return ""
+        if self._frames[-len(frames) :] == frames:
+            return ", from here to the end"
+        return f" (in {len(frames)} photographs, the last of them frame {frames[-1]})"
