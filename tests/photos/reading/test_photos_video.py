@@ -146,3 +146,11 @@ def test_times_of_a_video_are_refused_where_there_is_none_or_more_than_one(
     write_video(tmp_path / "photos" / "d.mkv")
     with pytest.raises(DataError, match="2 files"):
         open_frames(make_scene(photos="photos/*.mkv", times="video"))
+
+
+def test_luma_of_full_range_is_read_without_a_word_on_every_frame(tmp_path, capfd):
+    write_video(tmp_path / "a.avi", "MJPG", [cv2.cvtColor(f, cv2.COLOR_GRAY2BGR) for f in FRAMES])
+    video = VideoFile(tmp_path / "a.avi")
+    read = np.stack([video.read(k) for k in range(COUNT)]).astype(float)
+    assert np.abs(read - FRAMES).mean() < 4  # loss of JPEG
+    assert capfd.readouterr().err == ""

@@ -4,6 +4,8 @@ Seeking in a compressed video lands near a frame, not on it, and the number of f
 estimate: frames are counted by reading on, and a frame before the last one read is reached from the start.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -81,7 +83,8 @@ class VideoFile:
             if not self._capture.grab():
                 raise ValueError(f"the video ends after {self._next} frames")
             self._next += 1
-        read, image = self._capture.retrieve()
+        with _quiet():
+            read, image = self._capture.retrieve()
         if not read:
             raise ValueError(f"frame {page} of the video cannot be decoded")
         return image[..., 2::-1] if image.ndim == 3 else image  # type: ignore[no-any-return]
@@ -95,6 +98,17 @@ def _open(path: Path) -> Any:
         )
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
     return capture
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without OpenCV's warning, for each frame, that luma of full range is taken as it is."""
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
 
 
 def _format(capture: Any) -> bytes:
