@@ -33,13 +33,31 @@ def test_a_counter_that_begins_anew_is_followed_where_there_are_no_times(make_sc
     assert "DSC_9998.png is taken as the first photograph" in series.notes[0]
 
 
-def test_a_counter_that_begins_anew_is_told_by_the_times(make_scene, tmp_path):
+def test_times_agree_with_a_counter_that_begins_anew(make_scene, tmp_path):
     for number, name in enumerate(["DSC_9998", "DSC_9999", "DSC_0001", "DSC_0002"]):
         write_jpeg(tmp_path / "photos" / f"{name}.jpg", f"2024:05:01 10:00:{2 * number:02d}", number)
     series = open_frames(make_scene(times="exif"))
     assert numbers(series) == [0, 1, 2, 3]
     np.testing.assert_array_equal(series.time_s, [0, 2, 4, 6])
-    assert "photos/DSC_9998.jpg was taken before photos/DSC_0002.jpg" in series.notes[0]
+    assert series.notes == ()
+
+
+def test_a_counter_that_begins_anew_orders_photographs_within_a_second(make_scene, tmp_path):
+    names = ["DSC_9997", "DSC_9998", "DSC_9999", "DSC_0001", "DSC_0002", "DSC_0003", "DSC_0004", "DSC_0005"]
+    for number, name in enumerate(names):  # two a second by a clock of whole seconds
+        write_jpeg(tmp_path / "photos" / f"{name}.jpg", f"2024:05:01 10:00:{number // 2:02d}", number)
+    series = open_frames(make_scene(times="exif"))
+    assert numbers(series) == list(range(8))
+    assert series.faults == {}
+    np.testing.assert_allclose(np.diff(series.time_s), 0.5, atol=0.1)
+
+
+def test_a_counter_that_begins_anew_in_spite_of_the_times_is_said(make_scene, tmp_path):
+    for number, name in enumerate(["DSC_0001", "DSC_0002", "DSC_9998", "DSC_9999"]):
+        write_jpeg(tmp_path / "photos" / f"{name}.jpg", f"2024:05:01 10:00:{2 * number:02d}", number)
+    series = open_frames(make_scene(times="exif"))
+    assert numbers(series) == [0, 1, 2, 3]
+    assert "photos/DSC_0001.jpg was taken before photos/DSC_9999.jpg" in series.notes[0]
 
 
 @pytest.mark.parametrize(

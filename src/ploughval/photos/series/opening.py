@@ -114,14 +114,14 @@ def _files(scene: Scene, camera: Camera) -> tuple[list[Path], list[str]]:
         places = [files.index(p) for p in group if p in files]
         apart = [k for k, later in pairwise(places) if later - k > 1]
         notes += [f"the same picture, to the byte, as one further on: {files[k].name}" for k in apart]
+    files, assumed = _order_of_names(files, scene.folder)
     if camera.times is None or isinstance(camera.times, Interval):
-        files, assumed = _assumed_order(files, scene.folder)
-        notes += assumed
+        notes += assumed  # else the times tell
     return files, notes
 
 
-def _assumed_order(files: list[Path], folder: Path) -> tuple[list[Path], list[str]]:
-    """The order of names where there are no times to tell, and what that rests on."""
+def _order_of_names(files: list[Path], folder: Path) -> tuple[list[Path], list[str]]:
+    """The photographs by name, a counter that began anew followed, and what that rests on."""
     notes = []
     names = [p.relative_to(folder).as_posix() for p in files]
     front = order.unroll(names)
