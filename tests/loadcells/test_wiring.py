@@ -123,6 +123,15 @@ def test_a_tiny_force_tells_nothing():
     assert faults == []
 
 
+def test_a_force_within_what_empty_runs_differ_tells_nothing():
+    faults = []
+    # Levels of 27 and 33 N: one more run is 30 N within 4.2 sqrt(1.5) = 5.2 N; the test's is 32 N.
+    box = true_moments(np.array([30.0]), 200.0, GEOMETRY)[:, 0]
+    runs = [log(share * box, noise=0.004, seed=seed) for seed, share in enumerate((0.9, 1.1))]
+    assert wiring_of(log(1.07 * box, noise=0.004), runs, ONE, GEOMETRY, 30.0, faults) is AS_LOGGED
+    assert faults == []
+
+
 def test_without_rest_or_motion_nothing_is_told():
     faults = []
     moving = log(-SAND[:, 0])

@@ -17,6 +17,7 @@ LOWEST_DEPTHS, HIGHEST_DEPTHS = -0.25, 1.75
 """Sand presses on the blade between its tip and the top of the heap: this far about them, in depths."""
 _MOST_ROWS = 20_000  # that are looked at
 _LOADED = 10.0  # a mean force of fewer standard deviations tells nothing
+_UNLIKE_FRICTION = 3.0  # and of fewer than this of the empty runs' spread
 _WORDS = {
     (False, (-1, -1)): "both cells have the opposite sign",
     (False, (-1, 1)): "the upper cell has the opposite sign",
@@ -128,7 +129,8 @@ def wiring_of(
     Returns
     -------
     Wiring
-        As logged where the force is too small to tell, or where no single way of wiring explains it.
+        As logged where the force is too small to tell beside noise and the spread of the
+        empty runs, or where no single way of wiring explains it.
     """
     loaded = _loads(log)
     if loaded is None:
@@ -137,9 +139,14 @@ def wiring_of(
     levels = [found[0].mean(axis=1) for run in empty if (found := _loads(run)) is not None]
     if levels:
         net = net - np.mean(levels, axis=0)[:, None]
-    force, arm = mean_action(response.moments(net), geometry)
     slope = response.slopes(np.zeros(2))
-    if abs(force) <= _LOADED * geometry.per_Nm * float(np.hypot(*(slope @ std))):
+    across = geometry.per_Nm * np.array([1.0, -1.0]) @ slope
+    known = [_LOADED * float(np.linalg.norm(across * std))]
+    if len(levels) > 1:
+        spread = float(np.std(np.array(levels) @ across, ddof=1))
+        known.append(_UNLIKE_FRICTION * spread * (1 + 1 / len(levels)) ** 0.5)
+    force, arm = mean_action(response.moments(net), geometry)
+    if abs(force) <= max(known):
         return AS_LOGGED
     wiring = recognise(net, response, geometry, depth_mm)
     if wiring is None:
