@@ -56,6 +56,19 @@ def test_another_speed_and_a_shorter_travel_are_said_and_used():
     assert "short.csv: it travels 10 mm of the test's 20 mm" in faults[1]
 
 
+def test_friction_that_drives_the_blade_on_is_said():
+    _, faults = friction(run("a.csv", -1.0, seed=1), run("b.csv", -1.02, seed=2))
+    assert len(faults) == 1
+    # Upper less lower moment: -1.01 (1 - 0.6) N m.
+    assert "drives the blade on (upper less lower moment -0.404 N m)" in faults[0]
+    assert "order and signs of their columns" in faults[0]
+
+
+def test_friction_too_small_for_a_sign_is_not_doubted():
+    _, faults = friction(run("a.csv", -0.01, seed=1), run("b.csv", 0.005, seed=2), run("c.csv", 0.0, seed=3))
+    assert faults == []
+
+
 def test_one_run_is_said_to_hide_the_spread():
     found, faults = friction(run("a.csv", 1.0))
     assert found.runs == 1

@@ -148,6 +148,36 @@ def test_without_empty_runs_nothing_is_taken_off_and_that_is_said(tmp_path):
     assert any("no empty-box runs" in fault for fault in result.faults)
 
 
+def test_empty_runs_of_which_none_can_be_used_are_not_called_none(tmp_path):
+    rig = Rig(tmp_path, runs=1)
+    back = pd.read_csv(tmp_path / "empty/0.csv")
+    back["displacement_mm"] *= -1
+    back.to_csv(tmp_path / "empty/0.csv", index=False)
+    faults = measure_force(rig.scene()).faults
+    assert any(
+        "none of the empty-box runs can be used: the force is not compensated" in fault for fault in faults
+    )
+
+
+@pytest.mark.parametrize(("factor", "speed"), [(0.1, "0.1"), (1000.0, "1000")])
+def test_a_displacement_in_another_unit_is_told_by_the_blades_speed(tmp_path, factor, speed):
+    rig = Rig(tmp_path, runs=0)
+    table = pd.read_csv(tmp_path / "loadcells.csv")
+    table["displacement_mm"] *= factor
+    table.to_csv(tmp_path / "loadcells.csv", index=False)
+    scene = rig.scene(empty=[])
+    scene = scene.model_copy(update={"blade": scene.blade.model_copy(update={"speed_mm_s": 1.0})})
+    said = [fault for fault in measure_force(scene).faults if "blade.speed_mm_s" in fault]
+    assert len(said) == 1
+    assert f"the blade moves at {speed} mm/s in the log, blade.speed_mm_s = 1" in said[0]
+
+
+def test_a_speed_that_is_the_scenes_within_10_per_cent_is_not_mentioned(tmp_path):
+    scene = Rig(tmp_path, runs=0).scene(empty=[])
+    scene = scene.model_copy(update={"blade": scene.blade.model_copy(update={"speed_mm_s": 1.05})})
+    assert not any("speed_mm_s" in fault for fault in measure_force(scene).faults)
+
+
 def test_calibration_constants_scale_the_log(tmp_path):
     rig = Rig(tmp_path, noise=0.0)
     for path in (tmp_path / "loadcells.csv", *(tmp_path / "empty").glob("*.csv")):

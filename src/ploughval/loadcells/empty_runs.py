@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ploughval.errors import PloughvalError
 from ploughval.loadcells.friction import EmptyRun, Friction, empty_run, friction_of
 from ploughval.loadcells.logs import log_paths, read_cell_log
@@ -10,8 +12,11 @@ from ploughval.loadcells.run_log import RunLog, arrays_of
 from ploughval.loadcells.zero import Zero
 from ploughval.scene import LoadCells, Scene
 
-_SPEED_DIFFERS = 0.1  # relative
+SPEED_DIFFERS = 0.1
+"""Relative difference of two speeds that is said."""
 _SHORT = 0.98  # of the test's travel
+_DRIVES = 5.0  # standard deviations below zero at which the sign of friction is doubted
+_ACROSS = np.array([1.0, -1.0])
 
 
 def read_empty(scene: Scene, cells: LoadCells, faults: list[str]) -> list[RunLog]:
@@ -68,7 +73,20 @@ def friction_from(
         faults.append(
             "a single empty-box run: friction's spread between runs is unknown, that along it is used"
         )
-    return friction_of(runs, response)
+    friction = friction_of(runs, response)
+    _say_sign(friction, response, faults)
+    return friction
+
+
+def _say_sign(friction: Friction, response: CellResponse, faults: list[str]) -> None:
+    """A friction that drives the blade on, beyond its doubt: columns or signs differ from the test's."""
+    moments = response.coefficients @ friction.mean[:, 0]
+    moment, std = moments[0] - moments[1], float(np.sqrt(_ACROSS @ friction.cov @ _ACROSS))
+    if moment < -_DRIVES * std:
+        faults.append(
+            f"the friction of the empty-box runs drives the blade on (upper less lower moment {moment:.3g} "
+            "N m): check that order and signs of their columns are those of the test"
+        )
 
 
 def _alike(runs: list[EmptyRun], test: RunLog, faults: list[str]) -> list[EmptyRun]:
@@ -84,7 +102,7 @@ def _alike(runs: list[EmptyRun], test: RunLog, faults: list[str]) -> list[EmptyR
             )
             continue
         kept.append(run)
-        if abs(run.speed_mm_s - speed) > _SPEED_DIFFERS * abs(speed):
+        if abs(run.speed_mm_s - speed) > SPEED_DIFFERS * abs(speed):
             faults.append(
                 f"{run.name}: its speed is {run.speed_mm_s:.4g} mm/s, the test's {speed:.4g} mm/s: "
                 "friction may differ"

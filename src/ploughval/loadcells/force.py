@@ -1,5 +1,6 @@
 """From the scene's load-cell log and empty-box runs to force, line of action and their uncertainties."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from ploughval.loadcells.bending import CellGeometry, horizontal_force
 from ploughval.loadcells.budget import Term
 from ploughval.loadcells.calibration import CellCalibrationResult, calibrate_cells
 from ploughval.loadcells.contact import Contact, find_contact
-from ploughval.loadcells.empty_runs import friction_from, read_empty
+from ploughval.loadcells.empty_runs import SPEED_DIFFERS, friction_from, read_empty
 from ploughval.loadcells.friction import Friction
 from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.logs.checks import STATUSES, status_column
@@ -140,7 +141,8 @@ def measure_force(scene: Scene) -> ForceResult:
         more=more,
         per_cell=cells.compensation == "per_cell",
     )
-    _say_motion(log, found, faults)
+    _say_speed(scene, log, faults)
+    _say_motion(log, found, cells.empty, faults)
     test = replace(log, u_mm=log.u_mm - level_mm)
     contact = _contact(scene, test, found, rig, faults)
     return _gathered(
@@ -212,7 +214,18 @@ def _filled(u_mm: Floats) -> Floats:
     return np.interp(rows, rows[good], u_mm[good])
 
 
-def _say_motion(log: RunLog, found: ForceArrays, faults: list[str]) -> None:
+def _say_speed(scene: Scene, log: RunLog, faults: list[str]) -> None:
+    """A speed other than the scene's: most often a unit of times or displacements that no header names."""
+    stated, speed = scene.blade.speed_mm_s, abs(log.speed_mm_s)
+    if stated is not None and abs(speed - stated) > SPEED_DIFFERS * stated:
+        faults.append(
+            f"the blade moves at {speed:.4g} mm/s in the log, blade.speed_mm_s = {stated:.4g}: check the "
+            "units of time and displacement (a header or [loadcells.columns] can name them), or correct "
+            "speed_mm_s"
+        )
+
+
+def _say_motion(log: RunLog, found: ForceArrays, empty: Sequence[str], faults: list[str]) -> None:
     """A displacement that falls; friction that was not taken off, and how large it can be at most."""
     if log.motion is not None and log.motion.travel_mm < 0:
         faults.append(
@@ -220,7 +233,8 @@ def _say_motion(log: RunLog, found: ForceArrays, faults: list[str]) -> None:
         )
     if np.isfinite(found.friction_N).any():
         return
-    said = "no empty-box runs: the force is not compensated for friction"
+    runs = "no empty-box runs" if not empty else "none of the empty-box runs can be used"
+    said = f"{runs}: the force is not compensated for friction"
     if log.motion is not None:
         steady = found.raw_N[log.motion.steady_start : log.motion.steady_end]
         steady = steady[np.isfinite(steady)]
