@@ -22,7 +22,7 @@ def still(mean, *, middle=5.0, drift=(0.0, 0.0), drift_std=(1e-4, 1e-4), span=10
 
 def total(line, size):
     """Covariance (2, 2, N) of the offsets."""
-    return sum(cov[..., None] * np.broadcast_to(weight, (size,)) for _, cov, weight in line.parts)
+    return sum(cov[..., None] * np.broadcast_to(weight, (size,)) for _, cov, weight, _ in line.parts)
 
 
 def test_zeros_that_do_not_drift_are_one_number():
@@ -42,6 +42,17 @@ def test_between_two_rests_zeros_run_straight_and_stay_beyond_them():
     # At a rest: its own mean's. Half way: half of both, and a bow of up to a quarter of the drift of 1.
     np.testing.assert_allclose(cov[..., 2], COV / 100, rtol=1e-12)
     np.testing.assert_allclose(cov[..., 3], COV / 200 + np.array([[1, -1], [-1, 1]]) / 48, rtol=1e-12)
+
+
+def test_every_rest_is_stated_with_the_offset_that_was_read_there():
+    t = np.linspace(0, 110, 12)
+    line = zero_line(t, still([0.0, 1.0]), still([1.0, 0.2], middle=105.0))
+    stated = {name: list(value) for name, *_, value in line.parts}
+    assert stated["zero offset before motion"] == [0.0, 1.0]
+    assert stated["zero offset at the end"] == [1.0, 0.2]
+    assert stated["drift that is not straight"] == [0.0, 0.0]
+    drifting = zero_line(t, still([0.3, -0.1], drift=(0.1, 0.0)))
+    assert {name: list(value) for name, *_, value in drifting.parts}["zero offset"] == [0.3, -0.1]
 
 
 @pytest.mark.parametrize(
@@ -77,7 +88,7 @@ def test_the_rate_of_a_drift_keeps_what_both_cells_have_in_common():
         zero = zero_of(t, rate[:, None] * t + noise(rng, t.size))
         line = zero_line(np.array([0.0, 100.0]), zero)
         ends.append(line.offset[:, 1] - rate * 100)
-        stated.append(dict((name, cov * np.broadcast_to(w, 2)[1]) for name, cov, w in line.parts))
+        stated.append(dict((name, cov * np.broadcast_to(w, 2)[1]) for name, cov, w, _ in line.parts))
     own = np.mean([s["zero offset"] + s["rate of the drift"] for s in stated], axis=0)
     # Variances of 400 draws scatter by sqrt(2 / 400) = 7 %; three of those.
     np.testing.assert_allclose(own, np.cov(np.transpose(ends)), rtol=0.25)

@@ -89,7 +89,7 @@ class Chain:
         line, response, geometry = self.line, self.response, self.geometry
         offset = np.broadcast_to(line.offset, READINGS.shape)[:, [row]]
         r = READINGS[:, [row]] - offset + rng.multivariate_normal(np.zeros(2), START.noise_cov, N).T
-        for _, cov, weight in line.parts:
+        for _, cov, weight, _ in line.parts:
             weight = np.broadcast_to(weight, TIME.shape)[row]
             r = r - rng.multivariate_normal(np.zeros(2), weight * cov, N).T
         ds, dl = (

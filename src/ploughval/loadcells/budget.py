@@ -185,7 +185,7 @@ def budget_table(features: Floats, weights: dict[str, float], sources: Sources) 
     table = pd.DataFrame(rows, columns=list(BUDGET_COLUMNS))
     for share in ("share", "arm_share"):
         total = float(table[share].sum(skipna=False))
-        table[share] = table[share] / total if total > 0 else np.nan
+        table[share] = table[share] / total + 0.0 if total > 0 else np.nan  # + 0: no share of -0
     return table
 
 

@@ -22,14 +22,15 @@ class ZeroLine:
     ----------
     offset : (2, N) or (2, 1) float
         To be taken off the readings.
-    parts : tuple of (name, cov, weight)
-        Covariances (2, 2) of the offsets, each with its factor: a number, or (N,) one a row.
+    parts : tuple of (name, cov, weight, value)
+        Covariances (2, 2) of the offsets, each with its factor: a number, or (N,) one a row; and the offset
+        (2,) that was read for it, 0 where nothing was.
     total : (2,) float
         Drift over the record that ``offset`` follows; 0 where it is constant.
     """
 
     offset: Floats
-    parts: tuple[tuple[str, Floats, Floats | float], ...]
+    parts: tuple[tuple[str, Floats, Floats | float, Floats], ...]
     total: Floats
 
 
@@ -58,21 +59,21 @@ def zero_line(time_s: Floats, start: Zero, end: Zero | None = None) -> ZeroLine:
         along = (within - start.middle_s) / span
         drift = end.mean - start.mean
         bow = np.outer(drift, drift) * _BOW
-        between: tuple[tuple[str, Floats, Floats | float], ...] = (
-            ("zero offset before motion", start.mean_cov, (1 - along) ** 2),
-            ("zero offset at the end", end.mean_cov, along**2),
-            ("drift that is not straight", bow, (4 * along * (1 - along)) ** 2),
+        between: tuple[tuple[str, Floats, Floats | float, Floats], ...] = (
+            ("zero offset before motion", start.mean_cov, (1 - along) ** 2, start.mean),
+            ("zero offset at the end", end.mean_cov, along**2, end.mean),
+            ("drift that is not straight", bow, (4 * along * (1 - along)) ** 2, np.zeros(2)),
         )
         return ZeroLine(start.mean[:, None] + drift[:, None] * along, between, drift)
     if not start.drifts or start.span_s <= 0:
-        return ZeroLine(start.mean[:, None], (("zero offset", start.mean_cov, 1.0),), np.zeros(2))
+        return ZeroLine(start.mean[:, None], (("zero offset", start.mean_cov, 1.0, start.mean),), np.zeros(2))
     slope, slope_cov = start.drift / start.span_s, start.drift_cov / start.span_s**2
     after = time_s - start.middle_s
     beyond = np.maximum(time_s - start.end_s, 0.0)
-    parts: tuple[tuple[str, Floats, Floats | float], ...] = (
-        ("zero offset", start.mean_cov, 1.0),
-        ("rate of the drift", slope_cov, after**2),
-        ("drift that may have stopped", np.outer(slope, slope) * _LEVELLING, beyond**2),
+    parts: tuple[tuple[str, Floats, Floats | float, Floats], ...] = (
+        ("zero offset", start.mean_cov, 1.0, start.mean),
+        ("rate of the drift", slope_cov, after**2, np.zeros(2)),
+        ("drift that may have stopped", np.outer(slope, slope) * _LEVELLING, beyond**2, np.zeros(2)),
     )
     last = float(after[-1]) if after.size else 0.0
     return ZeroLine(start.mean[:, None] + slope[:, None] * after, parts, slope * last)

@@ -153,13 +153,12 @@ def _mean_reading(readings: Floats, moving: NDArray[np.bool_]) -> Floats:
 
 
 def _always(rig: Rig, zero: ZeroLine, slope: Floats) -> tuple[Term, ...]:
-    """Noise and zeros; what was taken off is stated with the first of the zeros' terms."""
-    none = np.zeros(2)
-    terms = [Term("noise of one sample", slope @ rig.noise_cov @ slope.T, 1.0, none)]
-    level = slope @ zero.offset.mean(axis=1)
-    for place, (name, cov, weight) in enumerate(zero.parts):
-        terms.append(Term(name, slope @ cov @ slope.T, weight, none if place else level))
-    return tuple(terms)
+    """Noise and zeros."""
+    noise = Term("noise of one sample", slope @ rig.noise_cov @ slope.T, 1.0, np.zeros(2))
+    parts = [
+        Term(name, slope @ cov @ slope.T, weight, slope @ value) for name, cov, weight, value in zero.parts
+    ]
+    return (noise, *parts)
 
 
 def _friction_terms(friction: Friction | None, share: Floats, response: CellResponse) -> tuple[Term, ...]:
