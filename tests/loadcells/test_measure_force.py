@@ -130,6 +130,19 @@ def test_noise_free_rest_has_no_line_of_action_and_says_so(tmp_path):
     assert (record["status"][record["time_s"] > REST + 0.05] == "ok").all()
 
 
+def test_the_mean_friction_is_that_of_the_travel(tmp_path):
+    result = measure_force(Rig(tmp_path, noise=0.0).scene())
+    assert result.friction_mean_N == pytest.approx(3.0, abs=1e-8)
+    assert np.isnan(measure_force(Rig(tmp_path, noise=0.0).scene(empty=[])).friction_mean_N)
+
+
+def test_no_share_of_the_budget_is_a_negative_zero(tmp_path):
+    budget = measure_force(Rig(tmp_path).scene()).budget
+    shares = budget[["share", "arm_share"]].to_numpy()
+    assert (shares == 0).any()
+    assert not np.signbit(shares[shares == 0]).any()
+
+
 def test_force_only_leaves_the_line_of_action_of_sand_and_friction(tmp_path):
     rig = Rig(tmp_path, noise=0.0)
     record, force_error, _ = errors(measure_force(rig.scene(compensation="force_only")))

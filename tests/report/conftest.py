@@ -153,7 +153,12 @@ def run_record(u_mm, folder):
             "noise_std_Nm": [0.002, 0.002],
             "noise_std_N": 0.019,
             "drift_Nm": [0.0, 0.0],
-            "friction": {"runs": 3, "taken_off": "the mean: a run left out says <so>", "pieces": 1},
+            "friction": {
+                "runs": 3,
+                "mean_N": 1.62,
+                "taken_off": "the mean: a run left out says <so>",
+                "pieces": 1,
+            },
             "bandwidth_Hz": None,
             "motion_starts_s": 10.02,
             "contact_s": 10.9,

@@ -80,6 +80,12 @@ class ForceResult:
         """Whether friction was taken off."""
         return self.friction is not None
 
+    @property
+    def friction_mean_N(self) -> float:
+        """Mean over the travel of the friction that was taken off, N; NaN without empty runs."""
+        taken = self.record.loc[self.record["time_s"] >= self.onset_s, "friction_N"]
+        return float(taken[taken != 0].mean())
+
 
 def measure_force(scene: Scene) -> ForceResult:
     """Force on the blade and its line of action from the log and the empty-box runs of a test.

@@ -68,7 +68,7 @@ def force_chapter(results: Results, pen: Pen) -> Chapter | None:
                 pen.draw(
                     arm_figure(results.force, depth_mm=results.depth_mm),
                     "Height of the line of action of the force above the tip, against displacement.",
-                    "Line of action of the measured force. Dotted: a third of the depth, where a "
+                    f"Line of action of {_acting(results)}. Dotted: a third of the depth, where a "
                     "pressure growing linearly with depth acts.",
                 )
             )
@@ -89,6 +89,13 @@ def _force_words(results: Results) -> str:
                 f"The {name} force reaches at most {number(P[at], 3)} N at u = {number(u[at], 3)} mm."
             )
     return " ".join(words)
+
+
+def _acting(results: Results) -> str:
+    """What the line of action is that of."""
+    if results.force_only:
+        return "sand and friction together (friction is taken off the force alone)"
+    return "the measured force"
 
 
 def _force_caption(results: Results) -> str:

@@ -27,7 +27,7 @@ def load_cells_chapter(results: Results, pen: Pen) -> Chapter | None:
     entry, budget = results.run.loadcells, results.budget
     drawings, tables = list[Drawing](), list[Table]()
     if entry is not None:
-        tables.append(_how(entry))
+        tables.append(_how(entry, results.force_only))
     if budget is not None and not budget.empty:
         if budget[["share", "arm_share"]].notna().any(axis=None):
             drawings.append(_shares(budget, pen))
@@ -40,17 +40,15 @@ def load_cells_chapter(results: Results, pen: Pen) -> Chapter | None:
     return Chapter("budget", "Load cells and the uncertainty of the force", drawings=drawings, tables=tables)
 
 
-def _how(entry: LoadCellEntry) -> Table:
+def _how(entry: LoadCellEntry, force_only: bool) -> Table:
     """What was read at rest, taken off, and found in the record itself."""
-    friction = entry.friction
-    taken = "none: no empty-box run" if friction is None else f"{friction.taken_off} ({friction.runs} runs)"
     smoothed = "no" if entry.bandwidth_Hz is None else f"to {number(entry.bandwidth_Hz, 3)} Hz"
     rows = [
         [Cell("Zero of the upper, lower cell, N m"), Cell(_pairs(entry.zero_Nm, entry.zero_std_Nm))],
         [Cell("Noise of one sample, upper, lower cell, N m"), Cell(_pairs(entry.noise_std_Nm))],
         [Cell("Noise of one sample of the force, N"), value_cell(entry.noise_std_N, 3)],
         [Cell("Drift of the zeros that was taken off, N m"), Cell(_drift(entry))],
-        [Cell("Friction that was taken off"), Cell(taken)],
+        [Cell("Friction that was taken off"), Cell(_friction(entry, force_only))],
         [Cell("Smoothed"), Cell(smoothed)],
         [Cell("Calibration"), Cell(_calibrated(entry))],
         [Cell("Motion starts at, s"), value_cell(entry.motion_starts_s)],
@@ -60,6 +58,21 @@ def _how(entry: LoadCellEntry) -> Table:
         ],
     ]
     return Table("How the force came about", ("Quantity", "Value"), rows)
+
+
+def _friction(entry: LoadCellEntry, force_only: bool) -> str:
+    """How large, from where, how it was chosen, and from what it was taken off."""
+    friction = entry.friction
+    if friction is None:
+        return "none: no empty-box run was used"
+    size = "" if friction.mean_N is None else f"{number(friction.mean_N, 3)} N on average; "
+    runs = "1 run" if friction.runs == 1 else f"{friction.runs} runs"
+    place = (
+        "; off the force alone: the line of action is that of sand and friction together"
+        if force_only
+        else ""
+    )
+    return f"{size}{friction.taken_off} ({runs}){place}"
 
 
 def _calibrated(entry: LoadCellEntry) -> str:
@@ -134,5 +147,5 @@ def _budget_cell(column: str, value: object) -> Cell:
     if column == "source":
         return Cell(str(value).replace("_", " "))
     if column in ("share", "arm_share") and isinstance(value, float) and np.isfinite(value):
-        return Cell(f"{100 * value:.1f} %".replace("-", "−"), value)
+        return Cell(f"{100 * value:z.1f} %".replace("-", "−"), value)
     return value_cell(value)

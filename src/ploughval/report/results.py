@@ -89,6 +89,7 @@ class FrictionEntry(_Entry):
     """What was taken off for friction."""
 
     runs: int = 0
+    mean_N: Number = None
     taken_off: Text = ""
     pieces: int = 1
 
@@ -208,6 +209,12 @@ class Results:
     def metric(self, name: str) -> MetricEntry | None:
         """A metric by its name, or None."""
         return None if self.metrics is None else self.metrics.metrics.get(name)
+
+    @property
+    def force_only(self) -> bool:
+        """Whether friction was taken off the force alone, and not off its line of action."""
+        compensated = self.run.loadcells is not None and self.run.loadcells.friction is not None
+        return compensated and self.setting("loadcells", "compensation") == "force_only"
 
     def setting(self, *keys: str) -> Any:
         """A value of the settings by its table and key, or None."""

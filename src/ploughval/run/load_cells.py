@@ -42,6 +42,7 @@ def load_cell_record(force: ForceResult) -> dict[str, Any]:
         if friction is None
         else {
             "runs": friction.runs,
+            "mean_N": force.friction_mean_N,
             "taken_off": friction.reason,
             "pieces": friction.features.shape[1],
             "reading": friction.features.mean(axis=1).tolist(),
