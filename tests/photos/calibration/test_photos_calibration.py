@@ -89,6 +89,16 @@ def test_mapping_there_and_back_is_exact_for_any_shape(calibrated):
         np.testing.assert_allclose(back, px, atol=1e-9)
 
 
+def test_four_points_nearly_on_a_line_are_said_to_tell_the_scale_poorly(calibrated, caplog):
+    line = np.array([[0.0, 10.0], [60.0, 18.0], [120.0, 10.0], [90.0, 8.0]])
+    cal = calibrated(control_points=points_of(WORLD_TO_PX, line))
+    assert cal.scale_std > 0.02
+    assert "% only: spread the points" in caplog.text
+    caplog.clear()
+    calibrated(control_points=points_of(WORLD_TO_PX, noise=0.3))
+    assert caplog.text == ""
+
+
 def test_a_mirrored_camera_gives_travel_to_the_left(calibrated):
     matrix = MIRROR @ WORLD_TO_PX
     cal = calibrated(control_points=points_of(matrix))

@@ -32,6 +32,7 @@ log = logging.getLogger(__name__)
 Array = NDArray[np.float64]
 
 _POOR_PX = 2.0
+_POOR_SCALE = 0.01
 
 
 def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
@@ -185,7 +186,7 @@ def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibrati
     lost = len(found.px) - len(points.px)
     stray = f", {lost} more left out that do not lie on it" if lost else ""
     kind = f"{len(points.px)} points of a {camera.board.kind} board{stray}, origin at tip_px"
-    return _from_fit(fit_camera(points, camera.window), points, kind, camera)
+    return _from_fit(fit_camera(points, camera.window), points, kind, camera).with_origin_at(tip_px)
 
 
 def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
@@ -206,7 +207,7 @@ def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibratio
     method = f"{found.method}; taken from {camera.calibration}"
     if camera.tip_px is None:
         return replace(found, method=method)
-    moved = found.with_origin(found.to_mm(np.array(camera.tip_px)))
+    moved = found.with_origin_at(np.array(camera.tip_px))
     return replace(moved, method=f"{method}, origin at tip_px")
 
 
@@ -267,3 +268,8 @@ def _check_view(calibration: Calibration, camera: Camera, shape: tuple[int, int]
         )
     if calibration.residual_px > _POOR_PX:
         log.warning("control points fit to %.1f px only: check them, and the lens", calibration.residual_px)
+    if calibration.scale_std > _POOR_SCALE:
+        log.warning(
+            "the scale at the tip is known to %.2g %% only: spread the points over the window, around it",
+            100 * calibration.scale_std,
+        )

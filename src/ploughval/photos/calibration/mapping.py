@@ -78,12 +78,16 @@ class Calibration:
         changes = spread_of(lambda model: model.to_mm(px), self.model, self.spread)
         return np.asarray(np.sqrt(np.sum(changes**2, axis=0)))
 
-    def with_origin(self, origin_mm: Array) -> "Calibration":
-        """The same mapping with the world begun at a place (2,) mm of this one."""
+    def with_origin_at(self, tip_px: Array) -> "Calibration":
+        """The same mapping with the world begun where the image point (2,), px, shows it.
+
+        Whatever the camera is, the origin is seen there: places near it are known better than before.
+        """
 
         def parameters(model: CameraModel) -> Array:
-            return model.moved(origin_mm).parameters
+            return model.moved(model.to_mm(tip_px)).parameters
 
+        origin_mm = self.to_mm(tip_px)
         model = self.model.moved(origin_mm)
         spread = spread_of(parameters, self.model, self.spread).T
         x, y = (self.points[name] - shift for name, shift in zip(("x_mm", "y_mm"), origin_mm, strict=True))
