@@ -10,7 +10,7 @@ from ploughval.loadcells.bending import CellGeometry, moments
 from ploughval.loadcells.budget import Term
 from ploughval.loadcells.drift import zero_line
 from ploughval.loadcells.friction import Friction
-from ploughval.loadcells.record import ARM_LIMIT, Rig, force_from_readings, mean_budget
+from ploughval.loadcells.record import ARM_LIMIT, Rig, force_from_readings, mean_budget, mean_load
 from ploughval.loadcells.response import CURVED, CellResponse
 from ploughval.loadcells.zero import Zero
 
@@ -249,6 +249,23 @@ def test_cells_one_millimetre_apart_have_a_wide_force_and_say_so():
     assert found.force_std_N[0] == pytest.approx(0.004 * np.sqrt(2) * 1000, rel=1e-12)
     assert (found.force_N - 30).std() == pytest.approx(found.force_std_N[0], rel=0.05)
     assert np.isfinite(found.arm_mm).mean() < 0.7
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_the_mean_load_of_one_row_is_that_row(name):
+    found = CHAINS[name].stated()
+    for row in range(3):
+        mean = mean_load(found, np.arange(3) == row)
+        np.testing.assert_allclose(
+            [mean.force_N, mean.force_std_N, mean.arm_mm, mean.arm_std_mm],
+            [values[row] for values in (found.force_N, found.force_std_N, found.arm_mm, found.arm_std_mm)],
+            rtol=1e-9,
+        )
+
+
+def test_without_load_there_is_no_mean_load():
+    mean = mean_load(next(iter(CHAINS.values())).stated(), np.zeros(3, bool))
+    assert np.isnan([mean.force_N, mean.force_std_N, mean.arm_mm, mean.arm_std_mm]).all()
 
 
 def test_friction_taken_off_the_force_alone_is_no_source_of_the_arm():

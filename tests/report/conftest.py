@@ -152,6 +152,7 @@ def run_record(u_mm, folder):
             "zero_std_Nm": [0.0012, 0.0009],
             "noise_std_Nm": [0.002, 0.002],
             "noise_std_N": 0.019,
+            "mean_load": {"force_N": 12.3, "force_std_N": 0.05, "arm_mm": 10.1, "arm_std_mm": 0.8},
             "drift_Nm": [0.0, 0.0],
             "friction": {
                 "runs": 3,

@@ -31,6 +31,21 @@ def test_zeros_friction_and_contact_are_stated_with_their_uncertainty(results):
     assert how["Drift of the zeros that was taken off, N m"] == "none"
 
 
+def test_what_the_budget_adds_up_to_is_stated(results):
+    how = texts(load_cells_chapter(results, Pen()).tables[0])
+    assert how["Mean force of the travel, one sample of it, N"] == "12.300 ± 0.050"
+    assert how["Line of action at that force, mm"] == "10.10 ± 0.80"
+
+
+def test_what_is_taken_as_exact_is_named(results):
+    budget = results.budget.assign(std=0.1)
+    assert "exact" not in load_cells_chapter(replace(results, budget=budget), Pen()).drawings[0].caption
+    last = budget["source"].iloc[-1]
+    budget.loc[budget["source"] == last, "std"] = 0.0
+    caption = load_cells_chapter(replace(results, budget=budget), Pen()).drawings[0].caption
+    assert caption.endswith(f"Taken as exact: {last}.")
+
+
 def test_the_budget_names_the_largest_source_of_force_and_line_of_action(results):
     drawing = load_cells_chapter(results, Pen()).drawings[0]
     assert "force: noise, 65%" in drawing.svg

@@ -17,7 +17,14 @@ from ploughval.loadcells.empty_runs import SPEED_DIFFERS, friction_from, read_em
 from ploughval.loadcells.friction import Friction
 from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.logs.checks import STATUSES, status_column
-from ploughval.loadcells.record import ForceArrays, Rig, force_from_readings, mean_budget
+from ploughval.loadcells.record import (
+    ForceArrays,
+    MeanLoad,
+    Rig,
+    force_from_readings,
+    mean_budget,
+    mean_load,
+)
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.rest import zero_at_rest, zeros_over
 from ploughval.loadcells.run_log import RunLog, arrays_of
@@ -41,6 +48,8 @@ class ForceResult:
         FORCE_COLUMNS, one row a row of the log; ``status`` holds values of ForceStatus.
     budget : DataFrame
         BUDGET_COLUMNS: one sample of force and line of action at the mean load.
+    mean_load : MeanLoad
+        What the budget adds up to.
     faults : tuple of str
         Everything found wrong in the logs and what was done about it.
     calibration : CellCalibrationResult
@@ -63,6 +72,7 @@ class ForceResult:
 
     record: pd.DataFrame
     budget: pd.DataFrame
+    mean_load: MeanLoad
     faults: tuple[str, ...]
     calibration: CellCalibrationResult
     friction: Friction | None
@@ -313,10 +323,12 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
         found.friction_N,
         status_column(codes),
     )
+    loaded = test.advancing & np.isfinite(found.force_N)
     slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
         record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True)), copy=False),
-        budget=mean_budget(found, test.advancing & np.isfinite(found.force_N)),
+        budget=mean_budget(found, loaded),
+        mean_load=mean_load(found, loaded),
         faults=tuple(told.faults),
         calibration=told.calibration,
         friction=told.friction,

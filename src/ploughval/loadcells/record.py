@@ -1,6 +1,6 @@
 """Readings of two cells to force, line of action and their standard uncertainties: arrays in, arrays out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -125,13 +125,56 @@ def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
     return table
 
 
+@dataclass(frozen=True, slots=True)
+class MeanLoad:
+    """Force, N, and line of action, mm, at the mean load, with the standard uncertainty of one sample there.
+
+    NaN where there is no load, and for a line of action of which the force is too small.
+    """
+
+    force_N: float
+    force_std_N: float
+    arm_mm: float
+    arm_std_mm: float
+
+
+def mean_load(found: ForceArrays, loaded: NDArray[np.bool_]) -> MeanLoad:
+    """What the budget of :func:`mean_budget` adds up to, at the mean load of the rows ``loaded`` (N,)."""
+    if not loaded.any():
+        return MeanLoad(np.nan, np.nan, np.nan, np.nan)
+    mean, sources = _at_mean(found.features, found.sources, loaded)
+    force = float(_resultant(sources.response.coefficients @ mean, sources.geometry)[0])
+    std = float(force_std(mean, sources)[0])
+    mean, sources = _at_mean(found.arm_features, found.arm_sources, loaded)
+    cells = sources.response.coefficients @ mean
+    acting = _resultant(cells, sources.geometry)
+    if _small(acting, np.array([std]))[0]:
+        return MeanLoad(force, std, np.nan, np.nan)
+    arm = line_of_action(cells[1], acting, sources.geometry.lower_to_tip_mm)
+    return MeanLoad(force, std, float(arm[0]), float(arm_std(mean, sources)[0]))
+
+
+def _at_mean(features: Floats, sources: Sources, loaded: NDArray[np.bool_]) -> tuple[Floats, Sources]:
+    """Mean features (K, 1) of some rows, and the sources with their mean weights there."""
+    mean, weights = _mean_of(features, sources, loaded)
+    terms = tuple(replace(term, weight=weights[term.name]) for term in sources.terms)
+    return mean[:, None], replace(sources, terms=terms)
+
+
 def _budget(features: Floats, sources: Sources, loaded: NDArray[np.bool_]) -> pd.DataFrame:
+    return budget_table(*_mean_of(features, sources, loaded), sources)
+
+
+def _mean_of(
+    features: Floats, sources: Sources, loaded: NDArray[np.bool_]
+) -> tuple[Floats, dict[str, float]]:
+    """Mean features (K,) and the mean weight of each term, by its name, over the rows ``loaded`` (N,)."""
     mean = features[:, loaded].mean(axis=1) if loaded.any() else np.zeros(features.shape[0])
     weights = {}
     for term in sources.terms:
         some = np.broadcast_to(np.asarray(term.weight, float), loaded.shape)
         weights[term.name] = float(some[loaded if loaded.any() else slice(None)].mean()) if some.size else 0.0
-    return budget_table(mean, weights, sources)
+    return mean, weights
 
 
 def _resultant(cells: Floats, geometry: CellGeometry) -> Floats:

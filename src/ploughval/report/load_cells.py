@@ -57,6 +57,14 @@ def _how(entry: LoadCellEntry, force_only: bool) -> Table:
             Cell(with_std(entry.contact_u_mm, entry.contact_std_mm), entry.contact_u_mm),
         ],
     ]
+    if (mean := entry.mean_load) is not None:
+        rows += [
+            [
+                Cell("Mean force of the travel, one sample of it, N"),
+                Cell(with_std(mean.force_N, mean.force_std_N)),
+            ],
+            [Cell("Line of action at that force, mm"), Cell(with_std(mean.arm_mm, mean.arm_std_mm))],
+        ]
     return Table("How the force came about", ("Quantity", "Value"), rows)
 
 
@@ -130,8 +138,15 @@ def _shares(budget: pd.DataFrame, pen: Pen) -> Drawing:
         budget_figure(budget),
         f"Shares of the variance of force and line of action; largest for the {'; for the '.join(largest)}.",
         "What the standard uncertainty of one sample is made of at the mean load, for the force and for its "
-        f"line of action.{said}",
+        f"line of action.{said}{_exact(budget)}",
     )
+
+
+def _exact(budget: pd.DataFrame) -> str:
+    """Sources of which no standard uncertainty is stated: they have no share, whatever they are."""
+    exact = by_source(budget.assign(share=budget["std"], arm_share=np.nan))
+    names = [str(name).replace("_", " ") for name in exact.loc[exact["share"] == 0, "source"]]
+    return f" Taken as exact: {', '.join(names)}." if names else ""
 
 
 def _budget(budget: pd.DataFrame) -> Table:

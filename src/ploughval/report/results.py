@@ -94,6 +94,15 @@ class FrictionEntry(_Entry):
     pieces: int = 1
 
 
+class MeanLoadEntry(_Entry):
+    """What the budget of the force adds up to."""
+
+    force_N: Number = None
+    force_std_N: Number = None
+    arm_mm: Number = None
+    arm_std_mm: Number = None
+
+
 class LoadCellEntry(_Entry):
     """How the force came about; pairs are of the (upper, lower) cell."""
 
@@ -101,6 +110,7 @@ class LoadCellEntry(_Entry):
     zero_std_Nm: tuple[Number, ...] = ()
     noise_std_Nm: tuple[Number, ...] = ()
     noise_std_N: Number = None
+    mean_load: MeanLoadEntry | None = None
     drift_Nm: tuple[Number, ...] = ()
     friction: FrictionEntry | None = None
     calibration: Text = ""

@@ -1,5 +1,6 @@
 """What the load cells say beyond the force record: the force at each photograph, and how it came about."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -30,13 +31,14 @@ def force_at_frames(found: Findings) -> pd.DataFrame | None:
 
 
 def load_cell_record(force: ForceResult) -> dict[str, Any]:
-    """How the force came about, for run.json: zeros, noise, drift, friction, smoothing, motion, contact."""
+    """How the force came about, for run.json: from zeros and friction to motion and contact."""
     friction, contact = force.friction, force.contact
     return {
         "zero_Nm": force.zero_Nm.tolist(),
         "zero_std_Nm": force.zero_std_Nm.tolist(),
         "noise_std_Nm": force.noise_std_Nm.tolist(),
         "noise_std_N": force.noise_std_N,
+        "mean_load": asdict(force.mean_load),
         "drift_Nm": force.drift_Nm.tolist(),
         "friction": None
         if friction is None
