@@ -138,7 +138,7 @@ def test_the_mean_is_kept_where_friction_along_the_travel_does_not_repeat(count,
         *runs, test = (made(rng, "flat", own=own) for _ in range(count + 1))
         found = friction_of(runs, ONE)
         assert found.features.shape[1] == 1
-        assert found.reason.startswith("the mean: a run left out is met to")
+        assert found.reason.startswith("the mean: the others predict a run left out to")
         stated.append(found.variation_cov[0, 0])
         error.append(shape_error(test, found.mean) ** 2)
     # 48 parts of 200 runs: a standard deviation scatters by less than 1 %.

@@ -208,7 +208,7 @@ def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
     features = mean if taken == 1 else _pieces(profiles.mean(axis=0), taken)
     at = u[:1] if taken == 1 else _pieces(u[None], taken)[0]
     met, by_mean = (f"{size[k] ** 0.5:.2g}" for k in (best, 1))
-    words = f"a run left out is met to {met} N m along its travel, by the mean to {by_mean}"
+    words = f"the others predict a run left out to {met} N m along its travel, their mean to {by_mean} N m"
     reason = f"against the travel, in {taken} pieces: {words}" if pays else f"the mean: {words}"
     return Friction(features, at, cov, count - 1.0, fast + left[taken], count, reason)
 
