@@ -77,6 +77,7 @@ def test_what_the_calibration_leaves_open_is_told_apart_from_the_random_part():
     assert data["calibration_std_mm"].dims == ("point",)
     assert np.allclose(data["calibration_std_mm"], [0.0, np.sqrt((0.05**2 + 0.1**2) / 2)], atol=1e-9)
     assert np.array_equal(data["std_mm"], dataset()["std_mm"], equal_nan=True)
+    assert np.isnan(dataset()["calibration_std_mm"]).all()  # nobody said how well 0.5 mm/px is known
     assert "not in std_mm" in data["calibration_std_mm"].attrs["long_name"]
 
 

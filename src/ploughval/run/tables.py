@@ -22,7 +22,7 @@ LONG_NAMES = {
     "y_mm": "height above the tip",
     "std_mm": "standard deviation of the position, either component, gathered since frame 0",
     "calibration_std_mm": "standard uncertainty of the initial position from the calibration, rms of its two "
-    "components; common to all frames, not in std_mm",
+    "components; common to all frames, not in std_mm; NaN: not known",
     "zncc": "zero-normalised cross-correlation with the reference",
     "status": "reason code",
     "time_s": "time of the photograph by the camera's clock",
@@ -42,14 +42,15 @@ def tracks_dataset(
         Dims frame and point; x_mm, y_mm, std_mm, zncc, status (frame, point); x0_mm, y0_mm, layer_mm,
         calibration_std_mm (point); time_s, u_mm, blade_x_mm (frame). A point that is not OK is NaN and
         ``status`` says why. ``std_mm`` is the random part of a position; ``calibration_std_mm`` is shared by
-        all points and frames, is not lessened by averaging, and mostly cancels in displacements.
+        all points and frames, is not lessened by averaging, and mostly cancels in displacements; NaN where
+        the scale was given without its standard uncertainty.
     """
     initial = calibration.to_mm(record.points_px)
     valid = np.isin(record.status, (Status.OK, Status.REPLACED))
     position = np.where(valid[..., None], calibration.to_mm(record.position_px), np.nan)
     local_mm_per_px = calibration.mm_per_px_at(record.position_px)
     std = np.where(valid, record.point_std_px * local_mm_per_px, np.nan)
-    shared_std = np.sqrt(np.mean(calibration.std_mm(record.points_px) ** 2, axis=-1))
+    shared_std = _shared_std_mm(record, calibration)
     data = {
         "x0_mm": ("point", initial[:, 0]),
         "y0_mm": ("point", initial[:, 1]),
@@ -75,6 +76,13 @@ def tracks_dataset(
         "settings": json.dumps(json.loads(scene.settings_json), sort_keys=True),
     }
     return dataset
+
+
+def _shared_std_mm(record: WindowRecord, calibration: Calibration) -> Floats:
+    """What the calibration leaves open (N,), mm; NaN where nobody said how well the scale is known."""
+    if not calibration.spread.any():
+        return np.full(len(record.points_px), np.nan)
+    return np.asarray(np.sqrt(np.mean(calibration.std_mm(record.points_px) ** 2, axis=-1)))
 
 
 def surface_table(record: WindowRecord, u_mm: Floats) -> pd.DataFrame:
