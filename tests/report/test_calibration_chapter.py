@@ -76,6 +76,8 @@ def test_a_plain_scale_has_a_short_table_only(scene, tmp_path):
     assert "<svg" not in text
     assert "scale and tip" in text
     assert "0.25" in text
+    assert "not given" in text  # how well the scale is known: nobody said
+    assert "Residual" not in text
 
 
 def test_the_map_of_the_scale_is_that_of_the_projection(scene):

@@ -77,8 +77,7 @@ def _summary(found: Calibration) -> Table:
 def _short(entry: CalibrationEntry) -> Table:
     rows = [
         [Cell("Method"), Cell(entry.method or MISSING)],
-        *_scale_rows(entry.mm_per_px, entry.scale_std),
-        [Cell("Residual of the points, px rms"), Cell(number(entry.residual_px, 3), entry.residual_px)],
+        *_scale_rows(entry.mm_per_px, entry.scale_std or None),  # 0: nobody said how well it is known
     ]
     return Table("Calibration", ("", ""), rows)
 
@@ -87,7 +86,10 @@ def _scale_rows(mm_per_px: float | None, relative_std: float | None) -> list[lis
     std = None if mm_per_px is None or relative_std is None else mm_per_px * relative_std
     return [
         [Cell("Scale at the tip, mm per px"), Cell(with_std(mm_per_px, std), mm_per_px)],
-        [Cell("Relative standard uncertainty of the scale"), Cell(number(relative_std, 2), relative_std)],
+        [
+            Cell("Relative standard uncertainty of the scale"),
+            Cell("not given" if relative_std is None else number(relative_std, 2), relative_std),
+        ],
     ]
 
 

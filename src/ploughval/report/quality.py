@@ -2,11 +2,14 @@
 
 from typing import Any
 
+import pandas as pd
+
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
 from ploughval.report.figures import blade_figure, noise_figure, volume_figure
 from ploughval.report.results import FrameEntry, NoiseEntry, Results
 from ploughval.report.text import number
 
+SAME_MM = 1e-9
 MISFIT = 3.0  # distances of the noise from a straight line, in their standard uncertainties
 
 
@@ -14,7 +17,7 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
     """Faults, blade and the frame ledger."""
     run = results.run
     drawings, tables = [], []
-    if results.blade is not None and results.blade["blade_x_mm"].notna().any():
+    if results.blade is not None and _tells(results.blade):
         drawings.append(
             pen.draw(
                 blade_figure(results.blade),
@@ -44,6 +47,12 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
     if not (drawings or tables or notes or run.faults):
         return None
     return Chapter("quality", "Quality", drawings=drawings, tables=tables, notes=notes, faults=run.faults)
+
+
+def _tells(blade: pd.DataFrame) -> bool:
+    """Whether the blade seen says something of the displacement used: not where the one is the other."""
+    apart = (blade["blade_x_mm"] - blade["u_mm"]).abs()
+    return bool(apart.max() > SAME_MM)
 
 
 def _noise(entry: NoiseEntry, pen: Pen) -> Drawing:

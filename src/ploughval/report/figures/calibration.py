@@ -48,8 +48,9 @@ def residual_figure(
     length = np.hypot(*off.T)
     factor = _factor(float(length.max(initial=0.0)), shape[1])
     axes.quiver(
-        *at.T, *(factor * off).T, angles="xy", scale_units="xy", scale=1, color=MODEL, width=0.004, zorder=3
-    )
+        *at.T, *(factor * off).T, angles="xy", scale_units="xy", scale=1, color=MODEL, width=0.004, zorder=3,
+        clip_on=False,
+    )  # fmt: skip
     axes.plot(*at.T, "o", ms=3.5, color=MEASURED, label=f"{len(at)} points")
     axes.plot(*np.asarray(tip_px, float), "P", ms=8, color=INK, label="origin")
     rms = float(np.sqrt(np.mean(length**2)))
