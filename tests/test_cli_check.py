@@ -54,6 +54,27 @@ def test_refused_settings_end_with_2_and_the_picture_is_still_made(folder, tmp_p
     assert (tmp_path / "p.png").is_file()
 
 
+def test_a_log_that_cannot_be_read_is_refused_once(folder, tmp_path):
+    path = folder / "loadcells.csv"
+    path.write_text(path.read_text().replace("moment_upper_Nm", "Kraft", 1))
+    result = run("check", folder, "--picture", tmp_path / "p.png")
+    assert result.exit_code == 2
+    assert result.stderr.count("no column 'moment_upper_Nm'") == 1
+
+
+def test_a_calibration_that_contradicts_itself_is_refused_once(folder, tmp_path):
+    settings = folder / "test.toml"
+    table = '[loadcells.calibration]\nfiles = ["cells.csv"]\n\n[tracers]'
+    settings.write_text(settings.read_text().replace("[tracers]", table))
+    loads = [0, 10, 20, 30, 40, 50, 40, 30, 20, 10, 0]  # N at the tip: moments of 0.41 and 0.26 N m per N
+    stated = [20 if row == 3 else 50 if row == 7 else load for row, load in enumerate(loads)]
+    rows = [f"{said},0,{0.41 * load},{0.26 * load}" for said, load in zip(stated, loads, strict=True)]
+    (folder / "cells.csv").write_text("\n".join(["load_N,arm_mm,upper,lower", *rows]))
+    result = run("check", folder, "--picture", tmp_path / "p.png")
+    assert result.exit_code == 2
+    assert result.stderr.count("2 calibration points contradict the others") == 1
+
+
 def test_json_holds_every_finding_in_parts(folder, tmp_path):
     (folder / "photos" / "0003.png").write_bytes(b"")
     result = run("check", folder, "--json", "--picture", tmp_path / "p.png")

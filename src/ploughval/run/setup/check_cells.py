@@ -23,12 +23,15 @@ def check_cells(settings: Settings, ledger: Ledger, lines: list[str]) -> pd.Data
     scene, cells = settings.scene, settings.scene.loadcells
     if cells is None:
         return None
-    known = _check_log(scene, cells, ledger, lines)
-    known |= _check_empty(scene, cells, ledger)
+    said = [_check_log(scene, cells, ledger, lines), _check_empty(scene, cells, ledger)]
     if not settings.complete:
         return None
     if cells.calibration.files or cells.calibration.staircases:
-        known |= _check_calibration(scene, ledger, lines)
+        said.append(_check_calibration(scene, ledger, lines))
+    sound = [texts for texts in said if texts is not None]
+    if len(sound) < len(said):
+        return None  # the force would be refused for the same reason
+    known = set[str]().union(*sound)
     force = _tried(lambda: measure_force(scene), ledger, "loadcells", "a log that can be used")
     if force is None:
         return None
@@ -53,14 +56,14 @@ def _file_of(error: PloughvalError) -> str:
     return Path(path).name if path else "test.toml"
 
 
-def _check_log(scene: Scene, cells: LoadCells, ledger: Ledger, lines: list[str]) -> set[str]:
-    """The log itself; the texts that were said."""
+def _check_log(scene: Scene, cells: LoadCells, ledger: Ledger, lines: list[str]) -> set[str] | None:
+    """The log itself; the texts that were said, None where it cannot be read."""
     paths = log_paths(scene, cells)
     found: Log | None = _tried(
         lambda: read_cell_log(paths, cells), ledger, "loadcells.log", "a log that can be read"
     )
     if found is None:
-        return set()
+        return None
     name = ", ".join(path.name for path in paths[:3]) + (", ..." if len(paths) > 3 else "")
     time = found.data["time_s"]
     lines.append(f"log: {name}, {len(found.data)} rows from {time.iloc[0]:.6g} to {time.iloc[-1]:.6g} s")
@@ -89,12 +92,12 @@ def _check_empty(scene: Scene, cells: LoadCells, ledger: Ledger) -> set[str]:
     return said
 
 
-def _check_calibration(scene: Scene, ledger: Ledger, lines: list[str]) -> set[str]:
-    """Tables and staircases of known loads; the texts that were said."""
+def _check_calibration(scene: Scene, ledger: Ledger, lines: list[str]) -> set[str] | None:
+    """Tables and staircases of known loads; the texts that were said, None where they are refused."""
     place = "loadcells.calibration"
     found = _tried(lambda: calibrate_cells(scene), ledger, place, "points that fix the cells' response")
     if found is None:
-        return set()
+        return None
     scatter = " and ".join(f"{value:.2g}" for value in found.scatter_Nm)
     lines.append(f"cells: {found.model} through {len(found.points)} points, scatter {scatter} N m")
     for text in found.faults:
