@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from ploughval.run.clock import Displacement
-from ploughval.run.doubts import doubts, heap_doubts
+from ploughval.run.doubts import doubts, heap_doubts, outside_log
 
 U = np.linspace(0, 50, 26)
 NOISE = np.random.default_rng(4).normal(0, 0.01, len(U))
@@ -24,6 +24,22 @@ def test_a_scale_that_is_off_by_one_per_cent_is_said():
     said = doubts(displacement(1.01 * U, scale=1.01), 1.01 * U + NOISE, 0.1, 50.0)
     assert len(said) == 1
     assert "+1.00 %" in said[0]
+
+
+def test_photographs_outside_the_log_are_counted_with_both_spans():
+    u = np.where(U > 40, np.nan, U)
+    log = np.array([0.0, 20.0, 40.0])
+    said = outside_log(Displacement(u, "log", 100.0, 0.0, 0.0), U + 100.0, log)
+    assert len(said) == 1
+    assert "5 of 26 photographs lie outside the log" in said[0]
+    assert "run from 0 to 50 s, the log from 0 to 40 s: check clock_offset_s" in said[0]
+
+
+def test_photographs_within_the_log_or_without_time_are_not_counted():
+    log = np.array([0.0, 50.0])
+    assert outside_log(Displacement(U, "log", 0.0, 0.0, 0.0), U, log) == []
+    timeless = np.where(U > 40, np.nan, U)
+    assert outside_log(Displacement(timeless, "log", 0.0, 0.0, 0.0), timeless, log) == []
 
 
 def test_two_photographs_with_each_others_time_are_named():

@@ -64,6 +64,29 @@ def doubts(displacement: Displacement, blade_x_mm: Floats, mm_per_px: float, tra
     return said
 
 
+def outside_log(displacement: Displacement, time_s: Floats, log_time_s: Floats) -> list[str]:
+    """A sentence where photographs with a time lie outside of the log, with the two spans of time.
+
+    Parameters
+    ----------
+    displacement : Displacement
+        Of the frames, from the log.
+    time_s : (F,) float, s
+        Times of the photographs by the camera's clock, NaN where unknown.
+    log_time_s : (N,) float, s
+        Times of the log.
+    """
+    on_log = time_s - displacement.clock_offset_s
+    outside = int(np.isnan(displacement.u_mm[np.isfinite(on_log)]).sum())
+    if not outside:
+        return []
+    photographs, log = (f"{np.nanmin(t):.6g} to {np.nanmax(t):.6g} s" for t in (on_log, log_time_s))
+    return [
+        f"{outside} of {len(time_s)} photographs lie outside the log: their u_mm is empty. On the log's "
+        f"clock they run from {photographs}, the log from {log}: check clock_offset_s"
+    ]
+
+
 def heap_doubts(volume: pd.DataFrame) -> list[str]:
     """A sentence where the area of the heap ahead of the blade does not answer to what the blade swept.
 

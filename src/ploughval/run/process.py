@@ -18,7 +18,7 @@ from ploughval.model import History, simulate
 from ploughval.photos import calibrate, open_frames
 from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
-from ploughval.run.doubts import doubts, heap_doubts
+from ploughval.run.doubts import doubts, heap_doubts, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.first_frame import first_frame
 from ploughval.run.results import forget, refuse_inputs, write_results
@@ -210,15 +210,15 @@ class _Run:
         found = self.found
         assert found.frames is not None
         time_s = found.frames.time_s
-        found.displacement = frame_displacement(self.scene, time_s, window.blade[:, 0], found.force_record())
+        record = found.force_record()
+        found.displacement = frame_displacement(self.scene, time_s, window.blade[:, 0], record)
         source = found.displacement.source
         if source != "log":
             found.warnings.append(f"blade displacement of the frames comes from: {source}")
         if self.scene.camera is not None and self.scene.camera.clock_offset_s == "auto" and source != "log":
             found.warnings.append("the offset of the clocks could not be found: no motion that both saw")
-        outside = int(np.isnan(found.displacement.u_mm[np.isfinite(time_s)]).sum()) if source == "log" else 0
-        if outside:
-            found.warnings.append(f"{outside} photographs lie outside the log: their u_mm is empty")
+        if source == "log" and record is not None:
+            found.warnings += outside_log(found.displacement, time_s, record["time_s"].to_numpy(float))
         assert found.calibration is not None
         found.warnings += doubts(
             found.displacement, window.blade[:, 0], found.calibration.mm_per_px, found.travel_mm() or 0.0
