@@ -6,6 +6,29 @@ import pytest
 from ploughval.loadcells.motion import find_motion
 
 
+@pytest.mark.parametrize("noise_mm", [0.03, 0.1, 0.3])
+@pytest.mark.parametrize("seed", range(5))
+def test_onset_is_traced_back_where_noise_hides_it(noise_mm, seed):
+    t = np.arange(0, 60, 0.01)
+    u = np.clip(t - 10.0, 0, 40) + np.random.default_rng(seed).normal(0, noise_mm, t.size)
+    motion = find_motion(u)
+    assert motion is not None
+    # A line through n rows from 3 to 20 deviations s up a ramp of 0.01 mm a row, n = 17 s / 0.01, meets the
+    # level at rest within 2.6 s / 0.01 / sqrt(n) rows; four of that.
+    rows = noise_mm / 0.01
+    assert abs(motion.onset - 1001) <= 4 * 2.6 * rows / np.sqrt(17 * rows) + 1
+
+
+def test_onset_of_a_blade_that_gathers_speed_is_where_its_motion_is_told():
+    t = np.arange(0, 60, 0.01)
+    since = np.clip(t - 10.0, 0, None)
+    u = np.where(since < 4, since**2 / 8, since - 2) + np.random.default_rng(0).normal(0, 0.01, t.size)
+    motion = find_motion(np.minimum(u, 40.0))
+    assert motion is not None
+    # Three deviations are reached after sqrt(8 x 0.03) = 0.49 s, seven after 0.75 s.
+    assert 1000 <= motion.onset <= 1076
+
+
 @pytest.mark.parametrize("noise_mm", [0.0, 0.002, 0.01])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_onset_is_found_within_three_noise_widths_of_travel(noise_mm, sign):

@@ -10,6 +10,8 @@ _MOST_DIFFERENCES = 100_000
 _LEAST_REST_ROWS = 10
 _AT_END = 8.0  # standard deviations of the displacement within which the blade is at its last place
 _ROWS_AT_END = 3
+_TRACED = 20.0  # standard deviations of the rest up to which the way is traced back to its beginning
+_LEAST_TRACED = 8  # rows of it; with fewer the noise hides no more than a row or two
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +63,25 @@ def find_motion(displacement_mm: NDArray[np.float64]) -> Motion | None:
     if rest < _LEAST_REST_ROWS:
         return Motion(0, 0, *steady, far, stop)
     level = float(rise[:rest].mean())
-    limit = level + max(3 * float(rise[:rest].std()), 1e-9 * size)
-    still = np.flatnonzero(rise[:steady_start] <= limit)
-    onset = int(still[-1]) + 1 if still.size else 0
+    spread = float(rise[:rest].std())
+    still = np.flatnonzero(rise[:steady_start] <= level + max(3 * spread, 1e-9 * size))
+    onset = _traced_back(rise - level, int(still[-1]) + 1 if still.size else 0, spread)
     return Motion(int(rows[rest]), int(rows[onset]), *steady, far, stop)
+
+
+def _traced_back(rise: NDArray[np.float64], told: int, spread: float) -> int:
+    """Row at which the motion that is told from the noise at row ``told`` began; ``rise`` is 0 at rest.
+
+    A straight line through the rows that follow, traced back to the level at rest. It is not taken where it
+    leads to a later row, as that of a blade which gathers speed does.
+    """
+    end = told + int(np.argmax(rise[told:] > _TRACED * spread))
+    if end - told < _LEAST_TRACED:
+        return told
+    slope, start = np.polyfit(np.arange(end - told), rise[told:end], 1)
+    if slope <= 0:
+        return told
+    return min(max(int(np.ceil(told - start / slope)), 0), told)
 
 
 def _stop(rise: NDArray[np.float64], size: float, noise: float, row_mm: float) -> int:
