@@ -44,6 +44,18 @@ def test_the_stated_uncertainty_is_of_use(rise, noise_N, most_mm):
     assert found.std_mm < most_mm
 
 
+def test_a_displacement_coarser_than_the_rise_gives_a_contact_within_its_step():
+    t = np.arange(0, 20, 0.02)
+    travel = np.clip(t - 5, 0, None)
+    u = np.floor(travel)  # steps of 1 mm: none while the force rises
+    force = 10 * np.clip((travel - 0.4) / 0.05, 0, 1) + np.random.default_rng(0).normal(0, 0.01, t.size)
+    found = find_contact(t, u, force, onset=250, noise_N=0.01)
+    assert found is not None
+    assert found.time_s == pytest.approx(5.4, abs=0.1)  # rows of 0.02 s, five of them averaged
+    assert abs(found.u_mm - 0.4) < 2 * found.std_mm
+    assert found.std_mm == pytest.approx(1 / np.sqrt(3))
+
+
 def test_travel_may_be_negative():
     found = find_contact(*record("steep", 0.1, 0, sign=-1), onset=501, noise_N=0.1)
     assert found.u_mm == pytest.approx(-GAP_MM, abs=3 * found.std_mm)

@@ -61,13 +61,27 @@ def find_contact(
     near = near[:: -(-near.size // _MOST_ROWS)]
     u = np.abs(u_mm[rows] - u_mm[rows[near[0]]])
     start, slope = _rise(u[near], force[near])
-    begin = int(near[start])
     told = min(first + _ROWS // 2, force.size - 1)
+    if slope <= 0:
+        std = _without_rise(u, int(near[0]), told)
+        return Contact(float(time_s[rows[told]]), float(u_mm[rows[told]]), std)
+    begin = int(near[start])
     told_mm = abs(float(u[told] - u[begin]))
     row_mm = float(u[near[-1]] - u[near[0]]) / max(near.size - 1, 1)
     fitted = 2 * noise_N / (slope * np.sqrt(near.size - start))  # x-intercept of a line on one side of it
     std = np.sqrt(fitted**2 + (level_std_N / slope) ** 2 + row_mm**2 / 3 + told_mm**2 / 12)
     return Contact(float(time_s[rows[begin]]), float(u_mm[rows[begin]]), float(std))
+
+
+def _without_rise(u: Floats, earliest: int, told: int) -> float:
+    """Standard uncertainty of a contact where the force is told but its travel shows no rise, mm.
+
+    The displacement is coarser than the rise: the contact is anywhere since the earliest row, and the travel
+    anywhere in the displacement's step (both rectangular).
+    """
+    beyond = u[told:][u[told:] > u[told]]
+    step = float(beyond[0] - u[told]) if beyond.size else 0.0
+    return float(np.hypot(u[told] - u[earliest], step) / np.sqrt(3))
 
 
 def _first_lasting(above: NDArray[np.bool_]) -> int | None:
@@ -79,9 +93,9 @@ def _first_lasting(above: NDArray[np.bool_]) -> int | None:
 
 
 def _rise(u: Floats, force: Floats) -> tuple[int, float]:
-    """Row at which a force that is nothing and then rises straight begins to, and its slope, N/mm."""
+    """Row at which a force that is nothing and then rises straight begins to; its slope, N/mm, or 0."""
     lever = np.maximum(u[None, :] - u[:-1, None], 0.0)
     power = np.maximum((lever**2).sum(axis=1), np.finfo(float).tiny)
     product = lever @ force
     start = int(np.argmax(np.where(product > 0, product**2 / power, 0.0)))
-    return start, max(float(product[start] / power[start]), np.finfo(float).tiny)
+    return start, max(float(product[start] / power[start]), 0.0)
