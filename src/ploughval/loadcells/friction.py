@@ -170,8 +170,8 @@ def _blocks(moving: Floats, u: Floats, response: CellResponse) -> tuple[Floats, 
 def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
     """Friction from empty runs: their mean, or against the travel where that predicts a run left out better.
 
-    The spread S between n runs gives S (1 + 1/n), the test being one more run, with n - 1 degrees of freedom.
-    With a single run the variation along its own travel stands in.
+    The covariance S of the levels of n runs gives S (1 + 1/n), the test being one more run, with n - 1
+    degrees of freedom. With a single run the variation along its own travel stands in.
 
     Parameters
     ----------
