@@ -169,6 +169,22 @@ def test_an_unknown_key_is_told_with_the_one_that_was_meant(refused, line, place
     assert f"{place.rpartition('.')[0]}.{meant}" not in found, "a key that was meant is not missing as well"
 
 
+BOARD = 'board = {kind = "dots", picture = "b.png", columns = 9, rows = 5, spacing_mm = 10}'
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("mm_per_px = 0.1\ntravel_px = [90, 50]", "none without board"),
+        (BOARD + "\ntravel_px = [10, 50]", "a place to the right of tip_px"),
+        (BOARD + '\ndirection = "left"\ntravel_px = [90, 50]', "a place to the left of tip_px"),
+    ],
+)
+def test_a_line_of_travel_that_cannot_be_is_refused(refused, lines, told):
+    found = refused(TEST + SOIL + f'[camera]\nphotos = "p/*.png"\ntip_px = [50, 50]\n{lines}\n')
+    assert told in found["camera.travel_px"]
+
+
 def test_folder_and_source_are_no_keys(refused):
     assert set(refused('folder = "/"\nsource = "x"\n' + TEST + SOIL)) == {"folder", "source"}
 

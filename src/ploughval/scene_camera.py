@@ -91,6 +91,9 @@ class Camera(Table):
     mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
     mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
     tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")
+    travel_px: Pixel | None = Field(
+        None, description="with board: where the tip stands later, px; absent: travel along the rows"
+    )
     direction: Direction = Field(Direction.RIGHT, description="the way the blade travels in the photograph")
     control_points: tuple[tuple[Finite, Finite, Finite, Finite], ...] | None = Field(
         None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
@@ -150,6 +153,8 @@ class Camera(Table):
             faults.append(
                 Fault("points_std_px", "nothing", "a value with points_std_mm", cls._text("points_std_px"))
             )
+        if values.get("travel_px") is not None:
+            faults += cls._travel_faults(values)
         if values.get("markers") is not None and points is None:
             fixed = _fixed_px(values["markers"])
             if fixed is not None and len(fixed) < 3:
@@ -158,6 +163,25 @@ class Camera(Table):
                     Fault("markers.fixed_px", f"{len(fixed)} markers", expected, "Name their places.")
                 )
         return faults
+
+    @classmethod
+    def _travel_faults(cls, values: Mapping[str, Any]) -> list[Fault]:
+        """A line of travel that nothing asks for, or that runs against the direction."""
+        travel, tip = values["travel_px"], values.get("tip_px")
+        if values.get("board") is None:
+            return [Fault("travel_px", repr(travel), "none without board", "Take it out.")]
+        try:
+            along = float(travel[0]) - float(tip[0])  # type: ignore[index]
+            sign = Direction(values.get("direction", Direction.RIGHT)).sign
+        except (TypeError, ValueError, IndexError):
+            return []  # told by the types
+        if along * sign <= 0:
+            way = "right" if sign > 0 else "left"
+            expected = f"a place to the {way} of tip_px, as direction says"
+            return [
+                Fault("travel_px", repr(travel), expected, "Read the tip's place off a later photograph.")
+            ]
+        return []
 
     @classmethod
     def _text(cls, key: str) -> str:

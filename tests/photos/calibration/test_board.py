@@ -4,7 +4,6 @@ import cv2
 import numpy as np
 import pytest
 
-from ploughval.axes import Direction
 from ploughval.photos.calibration.board import BoardPoints, find_board
 from ploughval.photos.calibration.board_fit import centre_offset_px, fit_board, place_board
 from ploughval.photos.calibration.camera_fit import PointSet, fit_camera
@@ -175,7 +174,7 @@ def test_a_board_on_either_face_of_the_window_places_the_sand(cameras, side):
     first, points = fit_board(BoardPoints(px, board_mm), PointSet(px, board_mm, cameras.SHAPE), window)
     tip_mm, ahead_mm = np.array([5.0, 2.0]), np.array([5.001, 2.0])
     tip_px, ahead_px = seen.photograph(np.stack([tip_mm, ahead_mm]))
-    world = place_board(first.model, points.mm, tip_px, Direction.RIGHT)
+    world = place_board(first.model, points.mm, tip_px, tip_px + np.array([1.0, 0.0]))
     model = fit_camera(points.with_mm(world), window).model
     sand = cameras.over_window()
     found = model.to_mm(seen.photograph(sand))

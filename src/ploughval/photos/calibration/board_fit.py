@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.axes import Direction
 from ploughval.photos.calibration.board import BoardPoints
 from ploughval.photos.calibration.camera_fit import CameraFit, PointSet, fit_camera
 from ploughval.photos.calibration.camera_model import CameraModel
@@ -58,13 +57,28 @@ def _without_strays(points: PointSet, window: Window | None) -> tuple[CameraFit,
     return fit, points, kept
 
 
-def place_board(model: CameraModel, mm: Array, tip_px: Array, direction: Direction) -> Array:
-    """Board points (N, 2) in world mm: moved to the tip, turned so that travel is along the rows."""
-    tip, ahead, above = model.to_mm(tip_px + np.array([[0, 0], [direction.sign, 0], [0, -1.0]]))
+def place_board(model: CameraModel, mm: Array, tip_px: Array, ahead_px: Array) -> Array:
+    """Board points (N, 2) in world mm: moved to the tip, turned so that travel is towards another place."""
+    tip, ahead, above = model.to_mm(np.stack([tip_px, ahead_px, tip_px + np.array([0, -1.0])]))
     along = (ahead - tip) / np.hypot(*(ahead - tip))
     up = np.array([-along[1], along[0]])
     up = up if up @ (above - tip) > 0 else -up
     return np.asarray((mm - tip) @ np.column_stack([along, up]))
+
+
+def turn_of_rows(model: CameraModel) -> float:
+    """By how much the rows of the picture are turned between its middle and the world's origin, rad.
+
+    A camera that looks askew shows lines that are level as lines that converge: nothing in the picture of a
+    board tells which row is level, and this is how much two good guesses differ.
+    """
+    ends = [model.to_mm(place + np.array([[-0.5, 0], [0.5, 0]])) for place in _middle_and_origin(model)]
+    middle, origin = (complex(*(b - a)) for a, b in ends)
+    return float(np.angle(middle / origin))
+
+
+def _middle_and_origin(model: CameraModel) -> tuple[Array, Array]:
+    return model.lens.centre_px, model.to_px(np.zeros(2))
 
 
 def centre_offset_px(model: CameraModel, centres_mm: Array, radius_px: Array) -> Array:

@@ -11,7 +11,12 @@ from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, ConfigError, Fault
 from ploughval.photos.calibration.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.calibration.board import find_board
-from ploughval.photos.calibration.board_fit import centre_offset_px, fit_board, place_board
+from ploughval.photos.calibration.board_fit import (
+    centre_offset_px,
+    fit_board,
+    place_board,
+    turn_of_rows,
+)
 from ploughval.photos.calibration.camera_fit import (
     ASSUMED_K1_STD,
     CameraFit,
@@ -33,6 +38,7 @@ Array = NDArray[np.float64]
 
 _POOR_PX = 2.0
 _POOR_SCALE = 0.01
+_ASKEW = np.radians(0.1)
 
 
 def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
@@ -72,6 +78,9 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     else:
         return _by_scale(camera, frames.shape)
     _check_view(calibration, camera, frames.shape)
+    calibration = replace(calibration, warnings=calibration.warnings + _doubts(calibration))
+    for text in calibration.warnings:
+        log.warning("%s", text)
     return calibration
 
 
@@ -176,17 +185,38 @@ def _point_set(
 
 
 def _by_board(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
-    """The board gives shape and scale; the tip the origin, the picture's rows the line of travel."""
+    """The board gives shape and scale; the tip the origin, its path or the picture's rows the travel."""
     if camera.board is None or camera.tip_px is None:
         raise CalibrationError("board and tip_px are both needed")
     found = find_board(scene.path(camera.board.picture), camera.board, shape)
     first, points = fit_board(found, _point_set(found.px, found.mm, camera, shape), camera.window)
     tip_px = np.array(camera.tip_px)
-    points = points.with_mm(place_board(first.model, points.mm, tip_px, camera.direction))
+    row_px = tip_px + np.array([camera.direction.sign, 0.0])
+    ahead_px = row_px if camera.travel_px is None else np.array(camera.travel_px)
+    points = points.with_mm(place_board(first.model, points.mm, tip_px, ahead_px))
     lost = len(found.px) - len(points.px)
     stray = f", {lost} more left out that do not lie on it" if lost else ""
     kind = f"{len(points.px)} points of a {camera.board.kind} board{stray}, origin at tip_px"
-    return _from_fit(fit_camera(points, camera.window), points, kind, camera).with_origin_at(tip_px)
+    along = (
+        ", travel along the picture's rows there" if camera.travel_px is None else " and travel to travel_px"
+    )
+    fit = fit_camera(points, camera.window)
+    calibration = _from_fit(fit, points, kind + along, camera).with_origin_at(tip_px)
+    return calibration if camera.travel_px is not None else _with_unknown_travel(calibration)
+
+
+def _with_unknown_travel(found: Calibration) -> Calibration:
+    """With what it costs that travel need not run along the rows of a picture taken askew."""
+    turn = turn_of_rows(found.model)
+    source = found.model.turned(turn).parameters - found.model.parameters
+    found = replace(found, spread=np.column_stack([found.spread, source]))
+    if abs(turn) < _ASKEW:
+        return found
+    text = (
+        f"the camera looks askew: rows of the picture are turned by {np.degrees(abs(turn)):.2g} degrees "
+        "between its middle and the tip, and travel need not run along those there. Give camera.travel_px"
+    )
+    return replace(found, warnings=(*found.warnings, text))
 
 
 def _by_file(scene: Scene, camera: Camera, shape: tuple[int, int]) -> Calibration:
@@ -266,10 +296,16 @@ def _check_view(calibration: Calibration, camera: Camera, shape: tuple[int, int]
             "the window's horizon lies within the photograph: the control points cannot be right. "
             "Check their values, or spread them over the window."
         )
+
+
+def _doubts(calibration: Calibration) -> tuple[str, ...]:
+    """What its numbers say against a calibration."""
+    texts = []
     if calibration.residual_px > _POOR_PX:
-        log.warning("control points fit to %.1f px only: check them, and the lens", calibration.residual_px)
+        texts.append(f"control points fit to {calibration.residual_px:.1f} px only: check them, and the lens")
     if calibration.scale_std > _POOR_SCALE:
-        log.warning(
-            "the scale at the tip is known to %.2g %% only: spread the points over the window, around it",
-            100 * calibration.scale_std,
+        texts.append(
+            f"the scale at the tip is known to {100 * calibration.scale_std:.2g} % only: spread the points "
+            "over the window, around it"
         )
+    return tuple(texts)

@@ -94,6 +94,12 @@ class CameraModel:
         shift[:2, 2] = origin_mm
         return CameraModel.of(self.px_from_face @ shift, self.lens, self.window)
 
+    def turned(self, angle_rad: float) -> "CameraModel":
+        """The same camera with the world's axes turned about its origin, from x towards y."""
+        c, s = np.cos(angle_rad), np.sin(angle_rad)
+        turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        return CameraModel.of(self.px_from_face @ turn, self.lens, self.window)
+
 
 def spread_of(function: Callable[[CameraModel], Array], model: CameraModel, spread: Array) -> Array:
     """Changes of a result by one standard deviation of each source, (K, ...) for a spread (16, K)."""

@@ -43,6 +43,8 @@ class Calibration:
         Size of the photographs.
     tests : tuple of TermTest
         Which terms of the lens were tried, and whether they pay.
+    warnings : tuple of str
+        What makes it doubtful.
     """
 
     model: CameraModel
@@ -56,6 +58,7 @@ class Calibration:
     std_px: float
     shape: tuple[int, int]
     tests: tuple[TermTest, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def to_mm(self, px: Array) -> Array:
         """World coordinates (..., 2), mm, of image points (..., 2), px."""
