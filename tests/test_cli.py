@@ -1,16 +1,20 @@
 """The command line: verbs, exit codes, messages without tracebacks."""
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from ploughval import __all__ as public
 from ploughval.cli import app
+from ploughval.synth import EXAMPLE, make_folder
 
 VERBS = ("init", "check", "process", "simulate", "fit", "report", "synth", "bench", "demo")
 MODEL_ONLY = """
@@ -144,3 +148,20 @@ def test_synth_makes_the_prediction_of_a_scene(model_only):
     assert made["blade"]["width_mm"] == 1000.0
     assert made["soil"]["peak_friction_deg"] == 50.0
     assert made["tracers"]["layers_mm"] == [10.0, 20.0]
+
+
+def test_a_doubtful_calibration_is_told_once_and_kept_with_the_results(tmp_path):
+    made = replace(EXAMPLE, seed=4, frames=3, displacement_mm=1.0, loadcells=False, layers_mm=(), dyed=False)
+    make_folder(tmp_path / "t", made)
+    toml = tmp_path / "t" / "test.toml"
+    before, rest = re.split(r"mm_per_px.*\ntip_px = .*\n", toml.read_text())
+    x, y = map(float, re.search(r"tip_px = \[(.*), (.*)\]", toml.read_text()).groups())
+    places = np.array([[-10.0, -2.0], [20.0, 4.0], [60.0, -2.0], [45.0, -4.0]])  # nearly on a line
+    points = np.column_stack([x + places[:, 0] / 0.3, y - places[:, 1] / 0.3, places]).tolist()
+    toml.write_text(f"{before}control_points = {points}\n{rest}")
+    result = run("process", tmp_path / "t")
+    assert result.exit_code == 0, result.output
+    told = "the scale at the tip is known to"
+    assert result.output.count(told) == 1
+    record = json.loads((tmp_path / "t" / "results" / "run.json").read_text())
+    assert sum(told in text for text in record["warnings"]) == 1

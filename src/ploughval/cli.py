@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk, command, shown_progress
+from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk, command, said_once, shown_progress
 
 app = typer.Typer(
     name="ploughval",
@@ -106,7 +106,7 @@ def process(
     as_json: Json = False,
 ) -> None:
     """Process test folders: photographs and logs to measurements, model, comparison and report."""
-    with command(as_json) as talk:
+    with command(as_json) as talk, said_once():
         from ploughval.run.workers import run_all
 
         worst = DONE
@@ -210,7 +210,7 @@ def report(
     out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
 ) -> None:
     """Write the report page again: of one test, or of several compared."""
-    with command() as talk:
+    with command() as talk, said_once():
         from ploughval.report import write_report
         from ploughval.run.results import results_of
 

@@ -67,6 +67,19 @@ def command(as_json: bool = False) -> Iterator[Talk]:
 
 
 @contextmanager
+def said_once() -> Iterator[None]:
+    """Without the log's warnings on photographs, which the outcome's warnings hold; not with --debug."""
+    logger = logging.getLogger("ploughval.photos")
+    before = logger.level
+    if not logger.isEnabledFor(logging.DEBUG):
+        logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+
+
+@contextmanager
 def shown_progress(talk: Talk) -> Iterator[Callable[[str, int, int], None] | None]:
     """A progress bar on a terminal, plain lines in a log, nothing with --json."""
     if talk.as_json:

@@ -176,6 +176,7 @@ class _Run:
         found = self.found
         assert found.frames is not None
         found.warnings += found.frames.notes
+        found.warnings += () if found.calibration is None else found.calibration.warnings
         found.faults += [
             f"photograph {name}: it has a time but is not there" for name in found.frames.missing
         ]
