@@ -56,6 +56,19 @@ def test_another_speed_and_a_shorter_travel_are_said_and_used():
     assert "short.csv: it travels 10 mm of the test's 20 mm" in faults[1]
 
 
+def test_a_run_that_is_unlike_all_others_is_said():
+    runs = [run("a.csv", 1.0, seed=1), run("b.csv", 1.04, seed=2), run("sand.csv", 6.0, seed=3)]
+    found, faults = friction(*runs)
+    assert found.runs == 3
+    assert len(faults) == 1
+    assert "sand.csv: its friction is 6 and 3.6 N m, that of the other runs 1.02 and 0.612 N m" in faults[0]
+
+
+def test_runs_that_scatter_by_a_tenth_are_not_said():
+    runs = [run("a.csv", 1.0, seed=1), run("b.csv", 1.0, seed=2), run("c.csv", 1.1, seed=3)]
+    assert friction(*runs)[1] == []
+
+
 def test_friction_that_drives_the_blade_on_is_said():
     _, faults = friction(run("a.csv", -1.0, seed=1), run("b.csv", -1.02, seed=2))
     assert len(faults) == 1

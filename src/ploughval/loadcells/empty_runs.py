@@ -15,6 +15,8 @@ from ploughval.scene import LoadCells, Scene
 SPEED_DIFFERS = 0.1
 """Relative difference of two speeds that is said."""
 _SHORT = 0.98  # of the test's travel
+_LEAST_TO_COMPARE = 3
+_UNLIKE_SPREADS, _UNLIKE_SHARE = 10.0, 0.5  # of the other runs' spread, and of their friction: is said
 _DRIVES = 5.0  # standard deviations below zero at which the sign of friction is doubted
 _ACROSS = np.array([1.0, -1.0])
 
@@ -73,9 +75,27 @@ def friction_from(
         faults.append(
             "a single empty-box run: friction's spread between runs is unknown, that along it is used"
         )
+    _say_unlike(runs, response, faults)
     friction = friction_of(runs, response)
     _say_sign(friction, response, faults)
     return friction
+
+
+def _say_unlike(runs: list[EmptyRun], response: CellResponse, faults: list[str]) -> None:
+    """One run far from all others: most often not a run in the empty box."""
+    if len(runs) < _LEAST_TO_COMPARE:
+        return
+    levels = np.stack([response.coefficients @ run.mean for run in runs])
+    for k, run in enumerate(runs):
+        others = np.delete(levels, k, axis=0)
+        usual = others.mean(axis=0)
+        off = float(np.linalg.norm(levels[k] - usual))
+        spread = float(np.linalg.norm(others - usual, axis=1).max())
+        if off > max(_UNLIKE_SPREADS * spread, _UNLIKE_SHARE * float(np.linalg.norm(usual))):
+            faults.append(
+                f"{run.name}: its friction is {levels[k][0]:.3g} and {levels[k][1]:.3g} N m, that of the "
+                f"other runs {usual[0]:.3g} and {usual[1]:.3g} N m: used, but is it a run in the empty box?"
+            )
 
 
 def _say_sign(friction: Friction, response: CellResponse, faults: list[str]) -> None:
