@@ -17,6 +17,7 @@ from ploughval.loadcells.empty_runs import SPEED_DIFFERS, friction_from, read_em
 from ploughval.loadcells.friction import Friction
 from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.logs.checks import STATUSES, status_column
+from ploughval.loadcells.pauses import standing
 from ploughval.loadcells.record import (
     ForceArrays,
     MeanLoad,
@@ -139,7 +140,7 @@ def measure_force(scene: Scene) -> ForceResult:
     zero, level_mm = zero_at_rest(cells, log, response, faults)
     friction = friction_from(empty, log, zero, response, faults)
     line = zeros_over(cells, log, zero, response, faults)
-    smoothed, more = unsmoothed(log.readings), _once_stopped(friction, log, response)
+    smoothed, more = unsmoothed(log.readings), _once_stopped(friction, log, response, faults)
     more += _scatter(calibration, log)
     moving = log.moving.astype(np.float64)
     if cells.bandwidth_Hz is not None:
@@ -169,19 +170,31 @@ def measure_force(scene: Scene) -> ForceResult:
     )
 
 
-def _once_stopped(friction: Friction | None, log: RunLog, response: CellResponse) -> tuple[Term, ...]:
-    """Friction after the travel: from all to none of it, or to its opposite where the blade goes back.
+def _once_stopped(
+    friction: Friction | None, log: RunLog, response: CellResponse, faults: list[str]
+) -> tuple[Term, ...]:
+    """Friction in pauses and after the travel: from all to none of it, or to its opposite on the way back.
 
     That of the travel is taken off: the mean square of what is too much is 1/3 or 4/3 of its square.
     """
-    stopped = log.moving & ~log.advancing
-    if friction is None or log.motion is None or not stopped.any():
+    if friction is None or log.motion is None:
         return ()
+    rest_mm = log.u_mm[log.resting & np.isfinite(log.u_mm)]
+    pauses = standing(_filled(log.u_mm), log.motion, float(rest_mm.std()) if rest_mm.size else 0.0)
+    stopped = log.moving & (~log.advancing | pauses)
+    if not stopped.any():
+        return ()
+    if pauses.any():
+        faults.append(
+            f"the blade stands still within its travel in {pauses.sum()} rows, first at "
+            f"{log.time_s[np.argmax(pauses)]:.4g} s: friction is taken off there as in motion, and "
+            "force_std_N holds that it may be anything from all to none"
+        )
     level = (response.coefficients @ friction.mean)[:, 0]
     end = log.u_mm[: log.motion.stop]
     back = np.abs(log.u_mm - end[np.isfinite(end)][-1]) > _BACK * abs(log.motion.travel_mm)
-    weight = np.where(back, 4 / 3, 1 / 3) * stopped
-    return (Term("friction after the travel", np.outer(level, level), weight, np.zeros(2)),)
+    weight = np.where(back & ~log.advancing, 4 / 3, 1 / 3) * stopped
+    return (Term("friction of a blade that stands", np.outer(level, level), weight, np.zeros(2)),)
 
 
 def _scatter(calibration: CellCalibrationResult, log: RunLog) -> tuple[Term, ...]:
