@@ -5,6 +5,7 @@ import pytest
 
 from ploughval.loadcells.motion import find_motion
 from ploughval.loadcells.pauses import standing
+from ploughval.loadcells.run_log import RunLog
 
 T = np.arange(0, 70, 0.02)
 
@@ -34,6 +35,12 @@ def test_the_rows_of_a_pause_are_found_and_few_others(noise_mm, sign):
 @pytest.mark.parametrize("noise_mm", [0.0, 0.002, 0.1])
 def test_a_steady_travel_has_no_pause(noise_mm):
     assert not found(np.clip(T - 10, 0, 40), noise_mm).any()
+
+
+def test_the_speed_is_that_of_the_travel_without_its_pauses():
+    u = paused(30.0, 5.0)
+    log = RunLog("log.csv", T, u, np.zeros((2, T.size)), find_motion(u))
+    assert log.speed_mm_s == pytest.approx(1.0, rel=0.01)  # the ends of the pause's rows are in motion
 
 
 def test_sticking_for_a_few_rows_is_no_pause():

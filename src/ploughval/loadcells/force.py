@@ -17,7 +17,6 @@ from ploughval.loadcells.empty_runs import SPEED_DIFFERS, friction_from, read_em
 from ploughval.loadcells.friction import Friction
 from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.logs.checks import STATUSES, status_column
-from ploughval.loadcells.pauses import standing
 from ploughval.loadcells.record import (
     ForceArrays,
     MeanLoad,
@@ -28,7 +27,7 @@ from ploughval.loadcells.record import (
 )
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.rest import zero_at_rest, zeros_over
-from ploughval.loadcells.run_log import RunLog, arrays_of
+from ploughval.loadcells.run_log import RunLog, arrays_of, filled
 from ploughval.loadcells.smoothing import Smoothed, smooth, unsmoothed
 from ploughval.loadcells.wiring import wiring_of
 from ploughval.loadcells.zero import Zero
@@ -154,7 +153,7 @@ def measure_force(scene: Scene) -> ForceResult:
         line,
         moving=moving,
         friction=friction,
-        friction_at=_filled(log.u_mm - level_mm),
+        friction_at=filled(log.u_mm - level_mm),
         more=more,
         per_cell=cells.compensation == "per_cell",
     )
@@ -179,8 +178,7 @@ def _once_stopped(
     """
     if friction is None or log.motion is None:
         return ()
-    rest_mm = log.u_mm[log.resting & np.isfinite(log.u_mm)]
-    pauses = standing(_filled(log.u_mm), log.motion, float(rest_mm.std()) if rest_mm.size else 0.0)
+    pauses = log.standing
     stopped = log.moving & (~log.advancing | pauses)
     if not stopped.any():
         return ()
@@ -232,15 +230,6 @@ def _shaved(
         )
     weight = smoothed.lost_weight(log.advancing, zero.noise_cov)
     return (Term("smoothing", slope @ cov @ slope.T, weight, np.zeros(2)),)
-
-
-def _filled(u_mm: Floats) -> Floats:
-    """Travel with missing rows interpolated, only to look friction up."""
-    good = np.isfinite(u_mm)
-    if good.all() or not good.any():
-        return u_mm
-    rows = np.arange(u_mm.size)
-    return np.interp(rows, rows[good], u_mm[good])
 
 
 def _say_speed(scene: Scene, log: RunLog, faults: list[str]) -> None:

@@ -39,7 +39,7 @@ def standing(u_mm: NDArray[np.float64], motion: Motion, noise_mm: float) -> NDAr
     u = np.sign(motion.travel_mm) * u_mm[first:end]
     still = np.flatnonzero(u[rows:] - u[:-rows] < _STANDS * rows * row_mm)
     edges = np.zeros(u.size + 1, np.int64)
-    np.add.at(edges, still, 1)
-    np.add.at(edges, still + rows, -1)
+    edges[still] += 1  # each row is there once
+    edges[still + rows] -= 1
     found[first:end] = np.cumsum(edges)[:-1] > 0
     return found

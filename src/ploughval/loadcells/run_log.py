@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ploughval.loadcells.logs import Log
 from ploughval.loadcells.motion import Motion, find_motion
+from ploughval.loadcells.pauses import standing
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +48,16 @@ class RunLog:
         return np.asarray(rows < (rows.size if self.motion is None else self.motion.rest_end))
 
     @property
+    def standing(self) -> NDArray[np.bool_]:
+        """Rows (N,) of pauses within the travel."""
+        if self.motion is None:
+            return np.zeros(self.time_s.size, bool)
+        rest_mm = self.u_mm[self.resting & np.isfinite(self.u_mm)]
+        return standing(filled(self.u_mm), self.motion, float(rest_mm.std()) if rest_mm.size else 0.0)
+
+    @property
     def speed_mm_s(self) -> float:
-        """Mean speed of the steady travel, signed; NaN without one."""
+        """Mean speed of the steady travel but for its pauses, signed; NaN without one."""
         if self.motion is None:
             return float("nan")
         steady = slice(self.motion.steady_start, self.motion.steady_end)
@@ -56,8 +65,19 @@ class RunLog:
         good = np.isfinite(u)
         if good.sum() < 3:
             return float("nan")
-        t = t[good] - t[good].mean()
-        return float(t @ u[good] / (t @ t))
+        paused_s = np.diff(t[good], prepend=t[good][0]) * self.standing[steady][good]
+        moving_s = t[good] - np.cumsum(paused_s)
+        moving_s -= moving_s.mean()
+        return float(moving_s @ u[good] / (moving_s @ moving_s))
+
+
+def filled(u_mm: Floats) -> Floats:
+    """Displacement (N,) with missing rows interpolated, only to look things up by it."""
+    good = np.isfinite(u_mm)
+    if good.all() or not good.any():
+        return u_mm
+    rows = np.arange(u_mm.size)
+    return np.interp(rows, rows[good], u_mm[good])
 
 
 def arrays_of(log: Log, name: str) -> RunLog:
