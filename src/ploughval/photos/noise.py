@@ -169,11 +169,23 @@ def _sample(
     parts = [np.ones_like(grey), grey, *slopes]
     kept = used
     for _ in range(3):  # what moved pulls at the first fit
-        columns = np.stack([part[kept] for part in parts], axis=-1)
-        weights, *_ = np.linalg.lstsq(columns, change[kept], rcond=None)
-        rest = change - sum(w * part for w, part in zip(weights, parts, strict=True))
+        rest = change - _common(parts, change, kept)
         kept = used & (np.abs(rest) <= _CUT * max(_spread(rest[kept]), 1.0))
     return grey, rest, used
+
+
+def _common(parts: list[Floats], change: Floats, kept: NDArray[np.bool_]) -> Floats:
+    """What the parts explain of a change, by least squares over some pixels; without copies of all parts."""
+    products = []
+    for part in parts:
+        inside = np.where(kept, part, 0.0)
+        products.append([np.vdot(inside, other) for other in (*parts, change)])
+    normal = np.array(products)
+    weights = np.linalg.lstsq(normal[:, :-1], normal[:, -1], rcond=None)[0]
+    told = np.zeros_like(change)
+    for weight, part in zip(weights.tolist(), parts, strict=True):
+        told += weight * part
+    return told
 
 
 def _top(first: Grey, second: Grey) -> int:
