@@ -400,6 +400,7 @@ def test_friction_in_a_pause_of_the_travel_may_be_anything_and_that_is_stated(tm
     # Friction of 3 N is gone, and is taken off: known as a rectangle from nothing to 3 N.
     np.testing.assert_allclose(inside["force_std_N"], 3.0 / np.sqrt(3), rtol=1e-3)
     assert result.record["force_std_N"].iloc[k - 100] < 0.1
+    assert "a blade that stands" not in " ".join(result.budget["source"])
     assert any("the blade stands still within its travel in 20" in fault for fault in result.faults)
 
 

@@ -325,7 +325,7 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
         found.friction_N,
         status_column(codes),
     )
-    loaded = test.advancing & np.isfinite(found.force_N)
+    loaded = test.advancing & ~test.standing & np.isfinite(found.force_N)
     slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
         record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True)), copy=False),
