@@ -57,6 +57,19 @@ def test_empty_runs_are_told_by_their_names(tmp_path, name):
     assert len(found.empty) == 1
 
 
+def test_files_whose_clocks_start_anew_are_one_log_where_the_travel_goes_on(tmp_path):
+    parts = {1: slice(0, 200), 2: slice(200, 300), 10: slice(300, 400)}  # the second begins at 15 mm
+    for number, rows in parts.items():
+        write_log(tmp_path / f"log_{number}.csv", load=5.0, rows=rows, start_s=-rows.start * 0.1)
+    assert survey(tmp_path).logs.log.names == ("log_1.csv", "log_2.csv", "log_10.csv")
+
+
+def test_runs_that_all_start_at_rest_are_not_one_log(tmp_path):
+    for name, load in (("a", 5.0), ("b", 0.2)):
+        write_log(tmp_path / f"{name}.csv", load=load, rows=slice(0, 45))  # none of them moves
+    assert len(survey(tmp_path).logs.log.names) == 1
+
+
 def test_files_that_follow_on_are_one_log(tmp_path):
     for k, rows in enumerate((slice(0, 150), slice(150, 290), slice(290, 400)), start=9):
         write_log(tmp_path / f"log_{k}.csv", load=5.0, rows=rows)

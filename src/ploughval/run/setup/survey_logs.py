@@ -133,14 +133,22 @@ def _read(table: TableFile) -> _Run:
 
 
 def _follow_on(runs: Sequence[_Run]) -> bool:
-    """Whether each file begins when and where the one before has ended."""
+    """Whether each file begins where the one before has ended, and later or in the middle of the travel.
+
+    Clocks may start anew in each file (date-times count from a file's first row): then a travel that goes on
+    from where no run starts is what tells.
+    """
     travel = max(float(np.nanmax(r.u_mm)) for r in runs) - min(float(np.nanmin(r.u_mm)) for r in runs)
+    near = _FOLLOWS_SHARE * travel
+    start = float(runs[0].u_mm[np.isfinite(runs[0].u_mm)][0])
+    later, away = True, False
     for before, after in pairwise(runs):
         ends, begins = (r.u_mm[np.isfinite(r.u_mm)] for r in (before, after))
-        later = after.time_s[0] > before.time_s[-1]
-        if not later or abs(begins[0] - ends[-1]) > _FOLLOWS_SHARE * travel:
+        if abs(begins[0] - ends[-1]) > near:
             return False
-    return True
+        later &= bool(after.time_s[0] > before.time_s[-1])
+        away |= abs(float(ends[-1]) - start) > near
+    return later or away
 
 
 def _joined(runs: Sequence[_Run], folder: Path) -> LogFound:
