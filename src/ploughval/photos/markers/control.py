@@ -9,6 +9,7 @@ from ploughval.errors import CalibrationError, DataError
 from ploughval.photos.markers.find import find_markers
 from ploughval.photos.markers.rim import Floats
 from ploughval.photos.series.frames import FrameSeries
+from ploughval.photos.series.times import shorten
 from ploughval.scene import Camera
 
 LEAST = 4
@@ -66,7 +67,7 @@ def find_control_points(camera: Camera, frames: FrameSeries) -> ControlMarkers:
         raise CalibrationError(
             f"{there.sum()} of {len(given)} control points were found in the photograph; expected at least "
             f"{LEAST}. "
-            + "; ".join(missing)
+            + shorten(missing)
             + ". Correct their px or camera.markers, or leave [camera.markers] out to use the px as they are."
         )
     px, mm = found.px[there], given[there, 2:]
