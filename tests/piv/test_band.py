@@ -142,6 +142,9 @@ def test_sides_are_the_two_groups_of_neighbours_carried_on():
     order = np.argsort(sides[:, 0])
     assert sides[order[0]] == pytest.approx([0.0, 1.0])
     assert sides[order[1]] == pytest.approx([3.4, 0.0])  # 3 + 0.01 x 40 at the point
+    many = two_sides(known, params, np.tile([20.0, 40.0], (1200, 1)), 15.0, 100.0)
+    np.testing.assert_array_equal(many, np.broadcast_to(many[:1], many.shape))  # however they are parted
+    np.testing.assert_array_equal(many[0, :, :, 0], sides)
 
 
 def test_points_at_a_border_that_a_band_reaches_are_right_or_refused(sand):

@@ -140,3 +140,18 @@ def test_rank_is_the_correlation_of_the_window_at_whole_pixels(sand, subset):
         expected = np.corrcoef(reference[rows, columns].ravel(), there.ravel())[0, 1]
         assert ranks[0, 0, number] == pytest.approx(expected, abs=1e-9)
     assert (ranks[0, 1] == -1).all()
+
+
+def test_many_points_are_ranked_as_each_by_itself(sand):
+    reference, current = sand.picture(), sand.picture((3.0, -2.0), noise=4, seed=2)
+    height, width = reference.shape
+    rng = np.random.default_rng(5)
+    points = rng.uniform(25, [width - 25, height - 25], (1100, 2))
+    moved = np.tile([[3.0, -2.0]], (1100, 1, 1))
+    shapes, greys = shapes_of(31, 2), Greys(reference, current)
+    ranks = rank_windows(greys, points, moved, shapes)
+    for k in (0, 1023, 1024, 1099):  # about where the points are parted
+        np.testing.assert_array_equal(
+            ranks[k], rank_windows(greys, points[k : k + 1], moved[k : k + 1], shapes)[0]
+        )
+    assert rank_windows(greys, points[:0], moved[:0], shapes).shape == (0, 1, len(shapes.sides))

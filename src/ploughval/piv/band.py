@@ -25,6 +25,7 @@ REACH = 2.5
 """Neighbours count within so many subsets."""
 LEAST_JUMP_PX = 0.3
 """Neighbours that differ by less lie on one side."""
+_AT_ONCE = 512  # points whose neighbours are held together
 NEIGHBOURS = 3
 """Bands found at so many other points are tried on a point."""
 STARTS_PX = (2.5, 7.0)
@@ -54,11 +55,33 @@ def two_sides(known: Floats, params: Floats, points: Floats, half_px: float, rea
     out = np.full((len(points), 2, *params.shape[1:]), np.nan)
     if len(known) < 4 or len(points) == 0:
         return out
-    count = min(NEAREST, len(known))
-    distance, near = cKDTree(known).query(points, k=count, distance_upper_bound=reach_px)
+    tree = cKDTree(known)
+    for start in range(0, len(points), _AT_ONCE):
+        some = slice(start, start + _AT_ONCE)
+        _sides_beside(points[some], known, params, half_px, out[some], _beside(tree, points[some], reach_px))
+    return out
+
+
+def _beside(tree: cKDTree, points: Floats, reach_px: float) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Known points near each of some points: whether there are any, and which, (I, K)."""
+    count = min(NEAREST, tree.n)
+    distance, near = tree.query(points, k=count, distance_upper_bound=reach_px)
     distance, near = distance.reshape(len(points), count), near.reshape(len(points), count)
     beside = np.isfinite(distance)
-    near = np.where(beside, near, 0)
+    return beside, np.where(beside, near, 0)
+
+
+def _sides_beside(
+    points: Floats,
+    known: Floats,
+    params: Floats,
+    half_px: float,
+    out: Floats,
+    found: tuple[NDArray[np.bool_], NDArray[np.intp]],
+) -> None:
+    """Motions (I, 2, ...) of both sides of some points, into ``out``; NaN stays where there is but one."""
+    beside, near = found
+    count = near.shape[1]
     carried = params[near]  # (I, K, 2, terms)
     moved = moved_at(carried, (points[:, None] - known[near]) / half_px)
     carried[:, :, :, 0] = moved
@@ -72,7 +95,6 @@ def two_sides(known: Floats, params: Floats, points: Floats, half_px: float, rea
         nearer_b = some & (apart[n, b] < apart[n, a])
         out[n, 0] = np.median(carried[n, some & ~nearer_b], axis=0)
         out[n, 1] = np.median(carried[n, nearer_b], axis=0)
-    return out
 
 
 def starts_of(pair: Pair, points: Floats, sides: Floats) -> Floats:

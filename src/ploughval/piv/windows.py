@@ -35,6 +35,7 @@ WHOLE = -1
 """Number of the window of a point whose whole subset is matched."""
 NEAREST = 64
 """Neighbours that are looked at: enough to see the other side of a band."""
+_AT_ONCE = 1024  # points whose pixels are held together
 CANDIDATES = 3
 """Displacements of neighbours that are tried for each point."""
 REACH = 2.0
@@ -122,6 +123,12 @@ def rank_windows(greys: Greys, points: Floats, candidates: Floats, shapes: Shape
     Bilinear and 8 bit: it only tells which windows are worth a match. All sums are of whole numbers and
     exact, so that they do not depend on the order in which they are added.
     """
+    parts = [slice(start, start + _AT_ONCE) for start in range(0, max(len(points), 1), _AT_ONCE)]
+    return np.concatenate([_ranked(greys, points[part], candidates[part], shapes) for part in parts])
+
+
+def _ranked(greys: Greys, points: Floats, candidates: Floats, shapes: Shapes) -> Floats:
+    """:func:`rank_windows` of so many points that their pixels fit into memory."""
     sides, shifts = shapes.sides, shapes.shifts
     half = int((np.abs(shifts).max(axis=1) + sides // 2).max())
     axis = np.arange(-half, half + 1)

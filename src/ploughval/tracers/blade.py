@@ -139,7 +139,12 @@ class BladeFinder:
         """Column of the face to a pixel or two, by the body's best match, and share of blocks that match."""
         width = self._template.shape[1]
         windows = sliding_window_view(profile[:, first : stop + width - 1], width, axis=1)
-        unlike = np.minimum(np.abs(windows - self._template[:, None, :]), self._cap).mean(axis=2)
+        unlike = np.stack(  # block by block: together they would take a gigabyte of a large photograph
+            [
+                np.minimum(np.abs(window - body), self._cap).mean(axis=1)
+                for window, body in zip(windows, self._template, strict=True)
+            ]
+        )
         score = unlike.mean(axis=0) / max(self._cap, 1e-9)
         best = int(np.argmin(score))
         # a blade as grey as what is behind it is matched by that too: of equals the foremost, before the sand
