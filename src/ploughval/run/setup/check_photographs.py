@@ -128,10 +128,12 @@ def _calibrated(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[s
     except PloughvalError as error:
         ledger.refuse(error, "test.toml", "camera", "a calibration that holds")
         return None
-    lines.append(
-        f"calibration: {calibration.method}, {calibration.mm_per_px:.5g} mm/px, "
-        f"relative std {calibration.scale_std:.2g}, residual {calibration.residual_px:.2g} px"
+    scale = f"{calibration.mm_per_px:.5g} mm/px"
+    known = (
+        f"relative std {calibration.scale_std:.2g}" if calibration.scale_std > 0 else "its std is not given"
     )
+    fit = f", residual {calibration.residual_px:.2g} px" if len(calibration.points) else ""
+    lines.append(f"calibration: {calibration.method}, {scale}, {known}{fit}")
     lines += _residuals(calibration) + _across(calibration)
     return calibration
 
