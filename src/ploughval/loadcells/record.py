@@ -145,7 +145,8 @@ def mean_load(found: ForceArrays, loaded: NDArray[np.bool_]) -> MeanLoad:
     mean, sources = _at_mean(found.features, found.sources, loaded)
     force = float(_resultant(sources.response.coefficients @ mean, sources.geometry)[0])
     std = float(force_std(mean, sources)[0])
-    mean, sources = _at_mean(found.arm_features, found.arm_sources, loaded)
+    if found.arm_sources is not found.sources:
+        mean, sources = _at_mean(found.arm_features, found.arm_sources, loaded)
     cells = sources.response.coefficients @ mean
     acting = _resultant(cells, sources.geometry)
     if _small(acting, np.array([std]))[0]:
@@ -169,11 +170,15 @@ def _mean_of(
     features: Floats, sources: Sources, loaded: NDArray[np.bool_]
 ) -> tuple[Floats, dict[str, float]]:
     """Mean features (K,) and the mean weight of each term, by its name, over the rows ``loaded`` (N,)."""
-    mean = features[:, loaded].mean(axis=1) if loaded.any() else np.zeros(features.shape[0])
+    some = loaded.any()
+    mean = features.mean(axis=1, where=loaded) if some else np.zeros(features.shape[0])
     weights = {}
     for term in sources.terms:
-        some = np.broadcast_to(np.asarray(term.weight, float), loaded.shape)
-        weights[term.name] = float(some[loaded if loaded.any() else slice(None)].mean()) if some.size else 0.0
+        weight = np.asarray(term.weight, float)
+        if weight.size == 0:
+            weights[term.name] = 0.0
+        else:
+            weights[term.name] = float(weight.mean(where=loaded) if some and weight.ndim else weight.mean())
     return mean, weights
 
 
@@ -191,8 +196,8 @@ def _small(force_N: Floats, std_N: Floats) -> NDArray[np.bool_]:
 
 def _mean_reading(readings: Floats, moving: NDArray[np.bool_]) -> Floats:
     """Mean reading (2,) while the blade moves; 0 where there is none."""
-    some = readings[:, moving & np.isfinite(readings).all(axis=0)]
-    return some.mean(axis=1) if some.size else np.zeros(2)
+    some = moving & np.isfinite(readings).all(axis=0)
+    return np.asarray(readings.mean(axis=1, where=some)) if some.any() else np.zeros(2)
 
 
 def _always(rig: Rig, zero: ZeroLine, slope: Floats) -> tuple[Term, ...]:
