@@ -109,7 +109,8 @@ def test_a_source_counts_only_where_its_weight_says():
 
 
 def table_of(given, cells, weights):
-    return budget_table(features_of(cells)[:, 0], weights, given)
+    terms = tuple(replace(term, weight=weights[term.name]) for term in given.terms)
+    return budget_table(features_of(cells)[:, :1], replace(given, terms=terms))
 
 
 def test_the_table_adds_up_to_the_stated_variance():

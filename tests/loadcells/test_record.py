@@ -10,7 +10,14 @@ from ploughval.loadcells.bending import CellGeometry, moments
 from ploughval.loadcells.budget import Term
 from ploughval.loadcells.drift import zero_line
 from ploughval.loadcells.friction import Friction
-from ploughval.loadcells.record import ARM_LIMIT, Rig, force_from_readings, mean_budget, mean_load
+from ploughval.loadcells.record import (
+    ARM_LIMIT,
+    Rig,
+    force_from_readings,
+    mean_budget,
+    mean_load,
+    mean_sample,
+)
 from ploughval.loadcells.response import CURVED, CellResponse
 from ploughval.loadcells.zero import Zero
 
@@ -147,7 +154,7 @@ def test_the_budget_adds_up_and_its_sensitivities_are_differences_of_the_chain(n
     chain = CHAINS[name]
     found = chain.stated()
     last = np.array([False, False, True])
-    table = mean_budget(found, last)
+    table = mean_budget(mean_sample(found, last))
     assert tuple(table.columns) == BUDGET_COLUMNS
     assert table["share"].sum() == pytest.approx(1.0, abs=1e-12)
     assert table["arm_share"].sum() == pytest.approx(1.0, abs=1e-12)
@@ -255,7 +262,7 @@ def test_cells_one_millimetre_apart_have_a_wide_force_and_say_so():
 def test_the_mean_load_of_one_row_is_that_row(name):
     found = CHAINS[name].stated()
     for row in range(3):
-        mean = mean_load(found, np.arange(3) == row)
+        mean = mean_load(mean_sample(found, np.arange(3) == row))
         np.testing.assert_allclose(
             [mean.force_N, mean.force_std_N, mean.arm_mm, mean.arm_std_mm],
             [values[row] for values in (found.force_N, found.force_std_N, found.arm_mm, found.arm_std_mm)],
@@ -264,7 +271,7 @@ def test_the_mean_load_of_one_row_is_that_row(name):
 
 
 def test_without_load_there_is_no_mean_load():
-    mean = mean_load(next(iter(CHAINS.values())).stated(), np.zeros(3, bool))
+    mean = mean_load(mean_sample(next(iter(CHAINS.values())).stated(), np.zeros(3, bool)))
     assert np.isnan([mean.force_N, mean.force_std_N, mean.arm_mm, mean.arm_std_mm]).all()
 
 
@@ -273,7 +280,7 @@ def test_friction_taken_off_the_force_alone_is_no_source_of_the_arm():
     rig = Rig(chain.geometry, chain.response, START.noise_cov)
     found = force_from_readings(READINGS, rig, chain.line, moving=MOVING, friction=FRICTION, per_cell=False)
     last = np.array([False, False, True])
-    table = mean_budget(found, last).set_index("source")
+    table = mean_budget(mean_sample(found, last)).set_index("source")
     assert table["share"].sum() == pytest.approx(1.0)
     assert table["arm_share"].sum() == pytest.approx(1.0)
     friction = table[table.index.str.startswith("friction")]

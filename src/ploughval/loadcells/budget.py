@@ -152,17 +152,15 @@ def _widening(part: Floats, variance: Floats, dof: float) -> Floats:
     return np.asarray(np.sqrt(1 + excess * share * np.sqrt(share * np.sqrt(share))))  # share^1.75, by roots
 
 
-def budget_table(features: Floats, weights: dict[str, float], sources: Sources) -> pd.DataFrame:
+def budget_table(features: Floats, sources: Sources) -> pd.DataFrame:
     """The budget of one sample of force and line of action at the mean load of the test.
 
     Parameters
     ----------
-    features : (K,) float
+    features : (K, 1) float
         Mean features while the blade moves, friction's taken off.
-    weights : dict
-        Mean weight of each term there, by its name.
     sources : Sources
-        Everything uncertain.
+        Everything uncertain; the weight of each term is one number, its mean there.
 
     Returns
     -------
@@ -171,10 +169,9 @@ def budget_table(features: Floats, weights: dict[str, float], sources: Sources) 
         variance; the same for the line of action (mm per unit), NaN without a load. What the cells have in
         common is split evenly between them: shares add up to 1 and may be negative.
     """
-    column = np.asarray(features, float)[:, None]
-    force = _force_slopes(column, sources)
-    arm = _arm_slopes(column, sources)
-    rows = [*_term_rows(weights, sources, force, arm), *_calibration_rows(column, sources, force, arm)]
+    force = _force_slopes(features, sources)
+    arm = _arm_slopes(features, sources)
+    rows = [*_term_rows(sources, force, arm), *_calibration_rows(features, sources, force, arm)]
     geometry = sources.geometry
     for name, value, std, place in (
         ("spacing", geometry.spacing_mm, geometry.spacing_std_mm, "spacing"),
@@ -197,12 +194,12 @@ def _interleave(slopes: list[float], parts: list[float]) -> tuple[float, float, 
     return slopes[0], parts[0], slopes[1], parts[1]
 
 
-def _term_rows(weights: dict[str, float], sources: Sources, *results: _Slopes) -> list[_Row]:
+def _term_rows(sources: Sources, *results: _Slopes) -> list[_Row]:
     rows: list[_Row] = []
     for term in sources.terms:
-        if weights[term.name] == 0:
+        if term.weight == 0:
             continue  # it has no part in the load that the table is of
-        cov = term.cov * weights[term.name]
+        cov = term.cov * term.weight
         slopes = [result.moments[:, 0] for result in results]
         for k, cell in enumerate(_CELLS):
             std = float(np.sqrt(max(cov[k, k], 0.0)))

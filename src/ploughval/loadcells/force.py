@@ -24,6 +24,7 @@ from ploughval.loadcells.record import (
     force_from_readings,
     mean_budget,
     mean_load,
+    mean_sample,
 )
 from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.rest import zero_at_rest, zeros_over
@@ -326,11 +327,12 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
         status_column(codes),
     )
     loaded = test.advancing & ~test.standing & np.isfinite(found.force_N)
+    mean = mean_sample(found, loaded)
     slope = told.rig.response.slopes(np.zeros(2))
     return ForceResult(
         record=pd.DataFrame(dict(zip(FORCE_COLUMNS, columns, strict=True)), copy=False),
-        budget=mean_budget(found, loaded),
-        mean_load=mean_load(found, loaded),
+        budget=mean_budget(mean),
+        mean_load=mean_load(mean),
         faults=tuple(told.faults),
         calibration=told.calibration,
         friction=told.friction,

@@ -115,14 +115,19 @@ def force_from_readings(
     return ForceArrays(force_N, std_N, arm_mm, arm_mm_std, raw_N, friction_N, small, net, sources, *arm)
 
 
-def mean_budget(found: ForceArrays, loaded: NDArray[np.bool_]) -> pd.DataFrame:
-    """Budget of one sample at the mean load of the rows ``loaded`` (N,): see :func:`budget_table`."""
-    table = _budget(found.features, found.sources, loaded)
-    if found.arm_sources is not found.sources:
-        arm = ["sensitivity_mm", "arm_share"]
-        own = _budget(found.arm_features, found.arm_sources, loaded).set_index("source")[arm]
-        table[arm] = own.reindex(table["source"], fill_value=0.0).to_numpy()
-    return table
+@dataclass(frozen=True, slots=True, eq=False)
+class MeanSample:
+    """One sample at the mean load of some rows.
+
+    Features (K, 1) and sources, the weight of each term being one number, of the force and of the line of
+    action as in :class:`ForceArrays`; ``loaded``: whether there was any such row.
+    """
+
+    features: Floats
+    sources: Sources
+    arm_features: Floats
+    arm_sources: Sources
+    loaded: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,48 +143,55 @@ class MeanLoad:
     arm_std_mm: float
 
 
-def mean_load(found: ForceArrays, loaded: NDArray[np.bool_]) -> MeanLoad:
-    """What the budget of :func:`mean_budget` adds up to, at the mean load of the rows ``loaded`` (N,)."""
-    if not loaded.any():
-        return MeanLoad(np.nan, np.nan, np.nan, np.nan)
-    mean, sources = _at_mean(found.features, found.sources, loaded)
-    force = float(_resultant(sources.response.coefficients @ mean, sources.geometry)[0])
-    std = float(force_std(mean, sources)[0])
+def mean_sample(found: ForceArrays, loaded: NDArray[np.bool_]) -> MeanSample:
+    """One sample at the mean load of the rows ``loaded`` (N,)."""
+    force = arm = _at_mean(found.features, found.sources, loaded)
     if found.arm_sources is not found.sources:
-        mean, sources = _at_mean(found.arm_features, found.arm_sources, loaded)
-    cells = sources.response.coefficients @ mean
-    acting = _resultant(cells, sources.geometry)
+        arm = _at_mean(found.arm_features, found.arm_sources, loaded)
+    return MeanSample(*force, *arm, loaded=bool(loaded.any()))
+
+
+def mean_budget(mean: MeanSample) -> pd.DataFrame:
+    """Budget of one sample at the mean load: see :func:`budget_table`."""
+    table = budget_table(mean.features, mean.sources)
+    if mean.arm_sources is not mean.sources:
+        arm = ["sensitivity_mm", "arm_share"]
+        own = budget_table(mean.arm_features, mean.arm_sources).set_index("source")[arm]
+        table[arm] = own.reindex(table["source"], fill_value=0.0).to_numpy()
+    return table
+
+
+def mean_load(mean: MeanSample) -> MeanLoad:
+    """What the budget of :func:`mean_budget` adds up to."""
+    if not mean.loaded:
+        return MeanLoad(np.nan, np.nan, np.nan, np.nan)
+    geometry = mean.sources.geometry
+    force = float(_resultant(mean.sources.response.coefficients @ mean.features, geometry)[0])
+    std = float(force_std(mean.features, mean.sources)[0])
+    cells = mean.arm_sources.response.coefficients @ mean.arm_features
+    acting = _resultant(cells, geometry)
     if _small(acting, np.array([std]))[0]:
         return MeanLoad(force, std, np.nan, np.nan)
-    arm = line_of_action(cells[1], acting, sources.geometry.lower_to_tip_mm)
-    return MeanLoad(force, std, float(arm[0]), float(arm_std(mean, sources)[0]))
+    arm = line_of_action(cells[1], acting, geometry.lower_to_tip_mm)
+    return MeanLoad(force, std, float(arm[0]), float(arm_std(mean.arm_features, mean.arm_sources)[0]))
 
 
 def _at_mean(features: Floats, sources: Sources, loaded: NDArray[np.bool_]) -> tuple[Floats, Sources]:
-    """Mean features (K, 1) of some rows, and the sources with their mean weights there."""
-    mean, weights = _mean_of(features, sources, loaded)
-    terms = tuple(replace(term, weight=weights[term.name]) for term in sources.terms)
+    """Mean features (K, 1) of some rows, zero without any, and the sources with their mean weights there."""
+    some = bool(loaded.any())
+    mean = features.mean(axis=1, where=loaded) if some else np.zeros(features.shape[0])
+    terms = tuple(
+        replace(term, weight=_mean_weight(term, loaded if some else ~loaded)) for term in sources.terms
+    )
     return mean[:, None], replace(sources, terms=terms)
 
 
-def _budget(features: Floats, sources: Sources, loaded: NDArray[np.bool_]) -> pd.DataFrame:
-    return budget_table(*_mean_of(features, sources, loaded), sources)
-
-
-def _mean_of(
-    features: Floats, sources: Sources, loaded: NDArray[np.bool_]
-) -> tuple[Floats, dict[str, float]]:
-    """Mean features (K,) and the mean weight of each term, by its name, over the rows ``loaded`` (N,)."""
-    some = loaded.any()
-    mean = features.mean(axis=1, where=loaded) if some else np.zeros(features.shape[0])
-    weights = {}
-    for term in sources.terms:
-        weight = np.asarray(term.weight, float)
-        if weight.size == 0:
-            weights[term.name] = 0.0
-        else:
-            weights[term.name] = float(weight.mean(where=loaded) if some and weight.ndim else weight.mean())
-    return mean, weights
+def _mean_weight(term: Term, rows: NDArray[np.bool_]) -> float:
+    """Mean weight of a term over some rows (N,); 0 in an empty record."""
+    weight = np.asarray(term.weight, float)
+    if weight.size == 0:
+        return 0.0
+    return float(weight.mean(where=rows) if weight.ndim else weight)
 
 
 def _resultant(cells: Floats, geometry: CellGeometry) -> Floats:
