@@ -9,13 +9,12 @@ from ploughval.report.figures import PictureMap, residual_figure, scale_figure
 from ploughval.report.results import CalibrationEntry, Results
 from ploughval.report.text import MISSING, number, with_std
 
-CALIBRATION_FILE = "calibration.json"
 _NODES = 41
 
 
 def calibration_chapter(results: Results, pen: Pen) -> Chapter | None:
     """How places in the photograph become millimetres: a short table where only a scale was given."""
-    entry, found = results.run.calibration, _read(results)
+    entry, found = results.run.calibration, results.calibration
     if found is None or found.points.empty:
         return None if entry is None else Chapter("calibration", "Calibration", tables=[_short(entry)])
     points = found.points[["px_x", "px_y"]].to_numpy()
@@ -91,12 +90,3 @@ def _scale_rows(mm_per_px: float | None, relative_std: float | None) -> list[lis
             Cell("not given" if relative_std is None else number(relative_std, 2), relative_std),
         ],
     ]
-
-
-def _read(results: Results) -> Calibration | None:
-    path = results.folder / CALIBRATION_FILE
-    if not path.is_file():
-        return None
-    from ploughval.photos.calibration.file import read_calibration
-
-    return read_calibration(path)

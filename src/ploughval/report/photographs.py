@@ -111,7 +111,7 @@ class Photographs:
                 self.missing = "The test has no photographs."
                 return
             self._frames = open_frames(scene)
-            self._calibration = calibrate(scene, self._frames)
+            self._calibration = results.calibration or calibrate(scene, self._frames)
         except (PloughvalError, OSError) as error:
             _log.info("no photographs for the report: %s", error)
             self.missing = "The photographs are not shown: the test folder can no longer be read as it was."

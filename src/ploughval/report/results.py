@@ -24,6 +24,8 @@ from ploughval.axes import (
 )
 from ploughval.errors import DataError
 from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
+from ploughval.photos import Calibration
+from ploughval.photos.calibration.file import read_calibration
 
 MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
 PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")
@@ -171,6 +173,7 @@ class Results:
     folder: Path
     run: RunRecord
     metrics: MetricsRecord | None
+    calibration: Calibration | None
     force: pd.DataFrame | None
     tracks: xr.Dataset | None
     layers: pd.DataFrame | None
@@ -271,6 +274,7 @@ def read_results(folder: Path | str) -> Results:
         folder=folder,
         run=run,
         metrics=_record(folder / "metrics.json", MetricsRecord),
+        calibration=_calibration(folder / "calibration.json"),
         force=_table(folder / "force.csv", FORCE_COLUMNS),
         tracks=_tracks(folder / "tracks.nc"),
         layers=_table(folder / "layers.csv", LAYER_COLUMNS),
@@ -379,6 +383,10 @@ _WORDS = {
     "definition",
     "note",
 }
+
+
+def _calibration(path: Path) -> Calibration | None:
+    return read_calibration(path) if path.is_file() else None
 
 
 def _tracks(path: Path) -> xr.Dataset | None:
