@@ -1,6 +1,7 @@
 """One log as arrays, with what its displacement says of rest and motion."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from ploughval.loadcells.pauses import standing
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # no slots: what takes a walk through the rows is kept once found
 class RunLog:
     """One run.
 
@@ -47,7 +48,7 @@ class RunLog:
         rows = np.arange(self.time_s.size)
         return np.asarray(rows < (rows.size if self.motion is None else self.motion.rest_end))
 
-    @property
+    @cached_property
     def standing(self) -> NDArray[np.bool_]:
         """Rows (N,) of pauses within the travel."""
         if self.motion is None:
@@ -55,7 +56,7 @@ class RunLog:
         rest_mm = self.u_mm[self.resting & np.isfinite(self.u_mm)]
         return standing(filled(self.u_mm), self.motion, float(rest_mm.std()) if rest_mm.size else 0.0)
 
-    @property
+    @cached_property
     def speed_mm_s(self) -> float:
         """Mean speed of the steady travel but for its pauses, signed; NaN without one."""
         if self.motion is None:
