@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from ploughval.axes import BAND_COLUMNS
-from ploughval.compare.bands import band_quantities, match_bands
+from ploughval.compare.bands.matching import band_quantities, match_bands
 
 
 def bands(*rows):

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.compare.layers import line_distances, polyline_distance
+from ploughval.compare.lines.distances import line_distances, polyline_distance
 
 TILT = np.radians(25.0)
 

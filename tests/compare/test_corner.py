@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ploughval.compare.corner import find_corner
-from ploughval.compare.curve import Curve
+from ploughval.compare.force.corner import find_corner
+from ploughval.compare.force.curve import Curve
 
 STEP = 0.05
 

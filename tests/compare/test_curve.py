@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.compare.curve import measured_curve, model_curve
+from ploughval.compare.force.curve import measured_curve, model_curve
 
 
 def record(force_of_u, *, noise_N=0.0, shared_N=0.0, seed=0, rate=100, travel=60.0):

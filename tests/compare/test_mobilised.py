@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ploughval.axes import BAND_COLUMNS
-from ploughval.compare.curve import model_curve
+from ploughval.compare.force.curve import model_curve
 from ploughval.compare.mobilised import mobilised_friction, mobilised_table
 from ploughval.scene import Scene
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.compare.curve import Curve, measured_curve, model_curve
-from ploughval.compare.peaks import aligned_u, find_extremes, force_quantities, least_prominence
+from ploughval.compare.force.curve import Curve, measured_curve, model_curve
+from ploughval.compare.force.peaks import aligned_u, find_extremes, force_quantities, least_prominence
 
 # P0 = 10 at the start, down to 5 at 1 mm, up to 18 at 38, down to 8 at 39, up to 26 at 95, and so on.
 CORNERS_U = np.array([0.0, 1.0, 38.0, 39.0, 95.0, 96.0, 110.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ploughval.compare.curve import Curve
+from ploughval.compare.force.curve import Curve
 from ploughval.scene import Scene, Soil
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ploughval.compare.curve import measured_curve
+from ploughval.compare.force.curve import measured_curve
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import measure_force
 from ploughval.model.fit import SoilFit, fit_soil

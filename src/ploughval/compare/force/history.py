@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ploughval.compare.curve import Curve
-from ploughval.compare.layers import rms
-from ploughval.compare.peaks import aligned_u, common_grid
+from ploughval.compare.force.curve import Curve
+from ploughval.compare.force.peaks import aligned_u, common_grid
+from ploughval.compare.lines.distances import rms
 from ploughval.compare.validation import NAN, Metric, area_metric, distance
 
 Floats = NDArray[np.float64]

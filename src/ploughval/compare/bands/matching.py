@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from ploughval.compare.peaks import MISSING, Quantity
+from ploughval.compare.force.peaks import MISSING, Quantity
 
 START_GATE_DEPTHS = 1.0
 OUTCROP_GATE_DEPTHS = 3.0

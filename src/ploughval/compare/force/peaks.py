@@ -8,8 +8,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ploughval.compare.corner import find_corner
-from ploughval.compare.curve import Curve
+from ploughval.compare.force.corner import find_corner
+from ploughval.compare.force.curve import Curve
 
 Floats = NDArray[np.float64]
 PEAK_COLUMNS = (

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.compare.curve import Curve
+from ploughval.compare.force.curve import Curve
 
 Floats = NDArray[np.float64]
 _SIDE = 8  # points of a line beyond those near the extreme

@@ -1,0 +1,1 @@
+"""Shear bands: measured matched to predicted, and the scalars that describe them."""

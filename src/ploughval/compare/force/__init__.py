@@ -1,0 +1,1 @@
+"""Force histories: their curves, peaks, scalars, and measured against predicted."""

@@ -1,0 +1,1 @@
+"""Tracer layers and free surface: measured lines against predicted ones."""
