@@ -26,6 +26,7 @@ class Blade(Table):
     width_mm: Positive = Field(description="width out of plane, mm; force_N is for this width")
     thickness_mm: Positive = Field(5.0, description="thickness in the direction of travel, mm")
     speed_mm_s: Positive | None = Field(None, description="speed of travel, mm/s")
+    depth_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the depth, mm")
     inclination_deg: Annotated[Finite, Field(ge=-60, le=60)] = Field(
         0.0, description="of the face to the vertical, degrees; positive: its top leans ahead, over the sand"
     )
