@@ -8,12 +8,13 @@ import pandas as pd
 
 from ploughval.compare.bands.metrics import band_metrics
 from ploughval.compare.case import Case
+from ploughval.compare.ensemble import draw_ensemble
 from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.force.metrics import force_metrics
 from ploughval.compare.friction_metrics import friction_metrics
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
 from ploughval.compare.mobilised import mobilised_table
-from ploughval.compare.validation import Metric, perturbed_runs
+from ploughval.compare.validation import Metric
 from ploughval.scene import Scene
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def compare_test(
         Metrics of a table that is None are absent; a value that one side does not have is NaN with a note.
     """
     end_mm = float(history.force["u_mm"].iloc[-1])
-    case = Case(scene, history, perturbed_runs(scene, history, end_mm))
+    case = Case(scene, history, draw_ensemble(scene, history, end_mm))
     curve = None if force is None else measured_curve(force, case.depth_mm)
     metrics: list[Metric] = []
     peaks = pairs = mobilised = table = None
@@ -113,5 +114,8 @@ def metrics_mapping(comparison: Comparison) -> dict[str, dict[str, Any]]:
         "validation_std",
         "agrees",
         "note",
+        "input_std",
+        "numerical_std",
+        "dominant_input",
     )
     return {m.name: {key: plain(getattr(m, key)) for key in keys} for m in comparison.metrics}

@@ -1,29 +1,16 @@
 """Error against uncertainty (ASME V&V 20-2009, eqs 1-5-3 and 1-5-10), and the area metric of histories."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
 from ploughval.axes import unit_of
-from ploughval.scene import Scene, Soil
-
-if TYPE_CHECKING:
-    from ploughval.model import History
 
 Floats = NDArray[np.float64]
 NAN = float("nan")
 _COVERAGE = 2.0
-_INPUTS = {
-    "unit_weight_kN_m3": "unit_weight_std_kN_m3",
-    "peak_friction_deg": "peak_friction_std_deg",
-    "residual_friction_deg": "residual_friction_std_deg",
-    "mobilization_length_mm": "mobilization_length_std_mm",
-    "wall_friction_deg": "wall_friction_std_deg",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +18,9 @@ class Metric:
     """One number of the comparison; NaN (None for ``agrees``) where it could not be had, with a note.
 
     ``error`` is model - experiment, or a distance where only that exists; ``validation_std`` its standard
-    uncertainty; ``agrees`` whether the error is within twice that.
+    uncertainty; ``agrees`` whether the error is within twice that. ``model_std`` gathers what the inputs
+    (``input_std``) and the numerics (``numerical_std``) leave open; ``dominant_input`` is the input that
+    most of the former's square comes from.
     """
 
     name: str
@@ -44,6 +33,9 @@ class Metric:
     validation_std: float = NAN
     agrees: bool | None = None
     note: str = ""
+    input_std: float = NAN
+    numerical_std: float = NAN
+    dominant_input: str = ""
 
 
 def judge(
@@ -52,6 +44,7 @@ def judge(
     model: tuple[float, float],
     *,
     input_std: float = 0.0,
+    dominant_input: str = "",
     note: str = "",
 ) -> Metric:
     """Set a measured against a predicted value.
@@ -66,6 +59,8 @@ def judge(
         NaN where not predicted.
     input_std : float
         Standard uncertainty that the model's inputs leave, in the metric's unit.
+    dominant_input : str
+        The input that most of it comes from.
     note : str
         Added to the metric.
     """
@@ -74,16 +69,40 @@ def judge(
     deviation = float(np.hypot(experiment[1], model_std))
     return Metric(
         name, unit_of(name), experiment[0], experiment[1], model[0], model_std, error, deviation,
-        verdict(error, deviation), note,
+        verdict(error, deviation), note, input_std, model[1], dominant_input,
     )  # fmt: skip
 
 
-def distance(name: str, value: float, *, experiment_std: float, model_std: float, note: str = "") -> Metric:
-    """A metric that is itself a difference of model and experiment, such as an rms."""
+def distance(
+    name: str,
+    value: float,
+    *,
+    experiment_std: float,
+    numerical_std: float,
+    input_std: float = 0.0,
+    dominant_input: str = "",
+    note: str = "",
+) -> Metric:
+    """A metric that is itself a difference of model and experiment, such as an rms.
+
+    Parameters
+    ----------
+    name : str
+        Ends in the unit.
+    value : float
+        The difference.
+    experiment_std, numerical_std, input_std : float
+        What measurement, numerics and inputs leave open of it; NaN where that is unknown.
+    dominant_input : str
+        The input that most of ``input_std`` comes from.
+    note : str
+        Added to the metric.
+    """
+    model_std = float(np.hypot(numerical_std, input_std))
     deviation = float(np.hypot(experiment_std, model_std))
     return Metric(
         name, unit_of(name), NAN, experiment_std, NAN, model_std, value, deviation,
-        verdict(value, deviation), note,
+        verdict(value, deviation), note, input_std, numerical_std, dominant_input,
     )  # fmt: skip
 
 
@@ -110,61 +129,3 @@ def area_metric(error: Floats, experiment_std: Floats, model_std: Floats) -> Flo
         z = size / (np.sqrt(2.0) * spread)
         folded = spread * np.sqrt(2.0 / np.pi) * np.exp(-(z**2)) + size * erf(z)
     return np.where(spread > 0, folded, size)
-
-
-@dataclass(frozen=True, slots=True)
-class Perturbed:
-    """Runs with one soil parameter a standard uncertainty up and down; unchanged in place of a barred one."""
-
-    parameter: str
-    histories: "tuple[History, History]"
-    span: float  # between the two runs, in standard uncertainties
-
-
-def perturbed_runs(scene: Scene, history: "History", displacement_mm: float) -> tuple[Perturbed, ...]:
-    """Run the model again for each soil parameter with a standard uncertainty, one at a time."""
-    soil = scene.soil
-    if soil is None:
-        return ()
-    from ploughval.model import simulate
-
-    runs = []
-    for name, std_name in _INPUTS.items():
-        std = float(getattr(soil, std_name))
-        if std <= 0:
-            continue
-        value = float(getattr(soil, name))
-        allowed = [
-            one for sign in (1, -1) if _possible(one := soil.model_copy(update={name: value + sign * std}))
-        ]
-        ends = [
-            simulate(scene.model_copy(update={"soil": one}), displacement_mm=displacement_mm)
-            for one in allowed
-        ]
-        if ends:
-            span = float(len(ends))
-            runs.append(Perturbed(name, (ends[0], ends[1] if len(ends) == 2 else history), span))
-    return tuple(runs)
-
-
-def _possible(soil: Soil) -> bool:
-    return (
-        0 < soil.residual_friction_deg <= soil.peak_friction_deg
-        and soil.peak_friction_deg + soil.wall_friction_deg < 90
-        and soil.unit_weight_kN_m3 > 0
-        and soil.mobilization_length_mm >= 0
-        and soil.wall_friction_deg >= 0
-    )
-
-
-def input_stds(values: Sequence[tuple[Mapping[str, float], Mapping[str, float], float]]) -> dict[str, float]:
-    """Root of the summed squares of half the differences between runs up and down, for every name.
-
-    A value that one of the runs does not have (NaN) leaves its uncertainty unknown (NaN).
-    """
-    names = {name for up, down, _ in values for name in (*up, *down)}
-
-    def change(name: str, up: Mapping[str, float], down: Mapping[str, float], span: float) -> float:
-        return (up.get(name, NAN) - down.get(name, NAN)) / span
-
-    return {name: float(np.linalg.norm([change(name, *ends) for ends in values])) for name in names}

@@ -48,7 +48,7 @@ def band_metrics(
     both = dict(band_quantities(measured, limit, start_std))
     frequency = both.pop("band_frequency")
     metrics = join_scalars(case, both, values, note)
-    predicted, inputs = values(case.history)["band_frequency"], case.inputs(values)
+    predicted, spreads = values(case.history)["band_frequency"], case.input_spread(values)
     if np.isfinite(frequency.value) and np.isfinite(predicted.value):
         scale = 1 / frequency.value
         metrics.append(
@@ -56,7 +56,8 @@ def band_metrics(
                 "band_frequency_ratio",
                 (1.0, frequency.std * scale),
                 case.numerical(Quantity(predicted.value * scale, 0.0)),
-                input_std=inputs.get("band_frequency", 0.0) * scale,
+                input_std=spreads["band_frequency"].std * scale,
+                dominant_input=spreads["band_frequency"].dominant,
                 note=f"model over experiment, new bands a travel; {note}",
             )
         )

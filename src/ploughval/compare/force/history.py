@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ploughval.compare.ensemble import std_about
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.force.peaks import aligned_u, common_grid
 from ploughval.compare.lines.distances import rms
@@ -19,7 +20,7 @@ def history_metrics(
     measured: Curve,
     model: Curve,
     extremes: Mapping[str, pd.DataFrame],
-    perturbed: Sequence[tuple[Curve, Curve, float]],
+    drawn: Sequence[Curve],
     *,
     P0_N: float,
     depth_mm: float,
@@ -34,8 +35,8 @@ def history_metrics(
         The model's, up to the common travel.
     extremes : mapping of "experiment" and "model" to DataFrame
         PEAK_COLUMNS of both.
-    perturbed : sequence of (Curve, Curve, span)
-        Model runs with one input up and down, and the standard uncertainties between them.
+    drawn : sequence of Curve
+        The model's with drawn inputs.
     P0_N : float
         Force that normalises both, so that their ratio is kept.
     depth_mm : float
@@ -44,15 +45,22 @@ def history_metrics(
     grid = common_grid(measured, model, min(measured.end_mm, model.end_mm))
     F_exp, s_exp = measured.at(grid)
     F_mod, s_num = model.at(grid)
-    squares = [((up.at(grid)[0] - down.at(grid)[0]) / span) ** 2 for up, down, span in perturbed]
-    s_mod = np.sqrt(s_num**2 + np.sum(squares, axis=0)) if squares else s_num
+    s_input = std_about(F_mod, np.array([one.at(grid)[0] for one in drawn]).reshape(-1, grid.size))
+    s_mod = np.hypot(s_num, s_input)
     error = F_mod - F_exp
-    sides = {"experiment_std": rms(s_exp) / P0_N, "model_std": rms(s_mod) / P0_N}
+    sides = [rms(std) / P0_N for std in (s_exp, s_num, s_input)]
     note = f"both over the model's P0, over {grid[-1]:.4g} mm of travel"
     area = float(np.nanmean(area_metric(error, s_exp, s_mod)))
     metrics = [
-        distance("force_rms_P0", rms(error) / P0_N, **sides, note=note),
-        distance("area_validation_P0", area / P0_N, experiment_std=NAN, model_std=NAN, note=note),
+        distance(
+            "force_rms_P0",
+            rms(error) / P0_N,
+            experiment_std=sides[0],
+            numerical_std=sides[1],
+            input_std=sides[2],
+            note=note,
+        ),
+        distance("area_validation_P0", area / P0_N, experiment_std=NAN, numerical_std=NAN, note=note),
     ]
     places = [_switches(extremes[side], depth_mm) for side in ("experiment", "model")]
     if not min(map(len, places)):
@@ -61,7 +69,10 @@ def history_metrics(
     aligned = model.at(same)[0] - F_exp
     note = f"model's travel stretched so that {min(map(len, places))} switches coincide"
     value = rms(aligned) / P0_N
-    return [*metrics, distance("force_rms_aligned_P0", value, experiment_std=NAN, model_std=NAN, note=note)]
+    return [
+        *metrics,
+        distance("force_rms_aligned_P0", value, experiment_std=NAN, numerical_std=NAN, note=note),
+    ]
 
 
 def _switches(extremes: pd.DataFrame, depth_mm: float) -> Floats:

@@ -53,7 +53,7 @@ def force_metrics(case: Case, measured: Curve) -> tuple[list[Metric], pd.DataFra
         values,
         f"over {limit:.4g} mm of travel",
     )
-    curves = [(curve_of(run.histories[0]), curve_of(run.histories[1]), run.span) for run in case.runs]
+    curves = [curve_of(one) for one in case.ensemble]
     metrics += history_metrics(measured, model, extremes, curves, P0_N=P0, depth_mm=depth)
     tables = [table.assign(source=side) for side, table in extremes.items()]
     peaks = pd.concat(tables, ignore_index=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.compare.case import Case
 from ploughval.compare.lines.distances import Distances, line_distances, rms, surface_as_layer
-from ploughval.compare.validation import NAN, Metric, Perturbed, distance
+from ploughval.compare.validation import NAN, Metric, distance
 
 if TYPE_CHECKING:
     from ploughval.model import History
@@ -89,12 +89,8 @@ def _line_metrics(
         return []
     picked = np.unique(np.linspace(0, count - 1, min(_STAGES, count)).round().astype(np.int64))
 
-    def moved(run: Perturbed) -> float:
-        up, down = (lines(one, picked) for one in run.histories)
-        return rms(line_distances(up, down).distance_mm) / run.span
-
-    inputs = float(np.linalg.norm([moved(run) for run in case.runs]))
-    model_std = float(np.hypot(inputs, case.scene.model.tolerance * case.depth_mm))
+    stated = lines(case.ensemble.centre, picked)
+    drawn = [rms(line_distances(lines(one, picked), stated).distance_mm) for one in case.ensemble]
     beyond = int(found.table["beyond"].sum())
     note = f"normal distance of {d.size} points in {count} frames; {beyond} beyond the model's lines left out"
     values = (("rms", rms(d)), ("median", float(np.median(d))), ("p95", float(np.percentile(d, 95))))
@@ -103,7 +99,8 @@ def _line_metrics(
             f"{name}_{kind}_mm",
             value,
             experiment_std=rms(found.std_mm) if kind == "rms" else NAN,
-            model_std=model_std if kind == "rms" else NAN,
+            numerical_std=case.scene.model.tolerance * case.depth_mm if kind == "rms" else NAN,
+            input_std=rms(np.array(drawn)) if drawn else 0.0,
             note=note,
         )
         for kind, value in values
