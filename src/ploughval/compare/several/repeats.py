@@ -1,0 +1,122 @@
+"""Repeatability of equal tests: every metric's scatter between them (ISO 5725-2)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ploughval.compare.several.groups import Group
+from ploughval.compare.several.pooling import Pooled, pool, std_interval
+from ploughval.compare.several.record import Record, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """One metric in the tests of one group.
+
+    Attributes
+    ----------
+    group : str
+    metric, unit : str
+    tests : tuple of int
+        Places of the tests that measured it.
+    values, stds : tuple of float
+        What they measured.
+    pooled : Pooled
+    """
+
+    group: str
+    metric: str
+    unit: str
+    tests: tuple[int, ...]
+    values: tuple[float, ...]
+    stds: tuple[float, ...]
+    pooled: Pooled
+
+
+@dataclass(frozen=True, slots=True)
+class LevelsTogether:
+    """Repeatability standard deviation of a scaled metric over several groups, with its 95 % interval."""
+
+    metric: str
+    scale: str
+    groups: int
+    dof: int
+    std: float
+    std_low: float
+    std_high: float
+
+
+def metric_names(records: Sequence[Record]) -> list[str]:
+    """Names of all metrics, in the order in which tests bring them."""
+    return list(dict.fromkeys(name for record in records for name in record.values))
+
+
+def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:
+    """Scatter of each metric that two tests of a group measured at least.
+
+    Parameters
+    ----------
+    group : Group
+        Whose tests.
+    records : sequence of Record
+        All tests.
+    """
+    found = []
+    for name in metric_names([records[place] for place in group.members]):
+        held = {place: records[place].values.get(name) for place in group.members}
+        known = {place: v for place, v in held.items() if v is not None and np.isfinite(v.experiment)}
+        if len(known) < 2:
+            continue
+        values, stds = _sides(list(known.values()))
+        unit = next(iter(known.values())).unit
+        found.append(Repeat(group.label, name, unit, tuple(known), values, stds, pool(values, stds)))
+    return found
+
+
+def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[LevelsTogether]:
+    """Repeatability of each scaled metric over all groups: the root of their weighted mean variance.
+
+    ISO 5725-2, 7.4.5: variances of the cells weighted by their degrees of freedom. Scaled metrics are
+    pooled, since the scatter of a force grows with the depth.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        Groups; those with one test that measured a metric say nothing of its scatter.
+    records : sequence of Record
+        All tests.
+
+    Returns
+    -------
+    list of LevelsTogether
+        Metrics that two groups at least have scatter of.
+    """
+    found = []
+    for name in metric_names(records):
+        sums, dof, cells, words = 0.0, 0, 0, ""
+        for group in groups:
+            scaled = [_scaled(records[place], name) for place in group.members]
+            values = [
+                value.experiment for value in scaled if value is not None and np.isfinite(value.experiment)
+            ]
+            if len(values) > 1:
+                sums, dof, cells = (
+                    sums + float(np.var(values)) * len(values),
+                    dof + len(values) - 1,
+                    cells + 1,
+                )
+                words = next(value.unit for value in scaled if value is not None)
+        if cells > 1:
+            std = float(np.sqrt(sums / dof))
+            found.append(LevelsTogether(name, words, cells, dof, std, *std_interval(std, dof)))
+    return found
+
+
+def _scaled(record: Record, name: str) -> Value | None:
+    value = record.values.get(name)
+    return None if value is None else record.scaled(value)
+
+
+def _sides(values: Sequence[Value]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return tuple(v.experiment for v in values), tuple(v.experiment_std for v in values)

@@ -1,0 +1,70 @@
+"""A straight line through values of several tests, with scatter beyond their stated uncertainties."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri, stdtrit
+
+from ploughval.compare.several.excess import excess_variance, weighted_fit
+
+Floats = NDArray[np.float64]
+NAN = float("nan")
+_TAIL = 0.025
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """``level + slope (x - centre)``; the interval of the slope is 95 % (Student; normal with two points)."""
+
+    count: int
+    centre: float
+    level: float
+    slope: float
+    slope_low: float
+    slope_high: float
+    excess_std: float
+
+    def at(self, x: Floats) -> Floats:
+        """Values of the line."""
+        return np.asarray(self.level + self.slope * (np.asarray(x) - self.centre))
+
+
+def fit_line(x: Floats, y: Floats, std: Floats | None) -> Line | None:
+    """Fit a straight line.
+
+    Parameters
+    ----------
+    x : (n,) float
+        Known places.
+    y : (n,) float
+        Values.
+    std : (n,) float or None
+        Their standard uncertainties; None, or with one that is NaN or 0: all weigh the same.
+
+    Returns
+    -------
+    Line or None
+        None with fewer than two places. Two points have an interval only by their stated uncertainties.
+    """
+    if np.unique(x).size < 2:
+        return None
+    n = x.size
+    known = std is not None and bool(np.all(np.isfinite(std) & (std > 0)))
+    centre = float(np.mean(x))
+    design = np.column_stack([np.ones(n), x - centre])
+    if known:
+        assert std is not None
+        extra = excess_variance(design, y, std, float(n - 2)) if n > 2 else 0.0
+        fit = weighted_fit(design, y, std**2 + extra)
+        slope_std = float(np.sqrt(fit.covariance[1, 1]))
+    else:
+        extra = NAN
+        fit = weighted_fit(design, y, np.ones(n))
+        slope_std = float(np.sqrt(fit.covariance[1, 1] * fit.chi2 / (n - 2))) if n > 2 else NAN
+    factor = float(stdtrit(n - 2, 1 - _TAIL)) if n > 2 else float(ndtri(1 - _TAIL))
+    slope = float(fit.coefficients[1])
+    return Line(
+        n, centre, float(fit.coefficients[0]), slope, slope - factor * slope_std, slope + factor * slope_std,
+        float(np.sqrt(extra)),
+    )  # fmt: skip
