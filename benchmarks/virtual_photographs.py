@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ploughval.scene import Soil
 from ploughval.synth.options import Purpose, SynthOptions
 from ploughval.synth.sand import Canvas, Grains
 from ploughval.synth.view import View, expose, light_field
@@ -22,6 +23,7 @@ from ploughval.synth.view import View, expose, light_field
 Floats = NDArray[np.float64]
 
 OPTIONS = SynthOptions(seed=7, name="virtual", mm_per_px=0.125, width_mm=1000.0, speed_mm_s=20.0)
+SAND = Soil(unit_weight_kN_m3=16.0, peak_friction_deg=50.0, residual_friction_deg=32.0)
 _NEIGHBOURS = 12
 _STRETCH = (0.6, 1.6)  # bounds of a cluster's principal stretches: it stays about its own cell
 _TORN = 2.5  # a neighbour this many times as far away as at first no longer counts
@@ -156,8 +158,10 @@ def bounded(gradient: Floats) -> Floats:
     return (left * np.clip(stretch, *_STRETCH)[:, None, :]) @ right
 
 
-def make_virtual_folder(folder: Path, run: VirtualRun, options: SynthOptions = OPTIONS) -> View:
-    """Write photographs, photos.csv and test.toml of a run."""
+def make_virtual_folder(
+    folder: Path, run: VirtualRun, options: SynthOptions = OPTIONS, *, told: Soil = SAND, start_s: float = 0.0
+) -> View:
+    """Write photographs, photos.csv and test.toml of a run that starts at ``start_s``."""
     view = view_of(run, options.mm_per_px)
     clusters = put_grains(options.rng(Purpose.GRAINS), run, options)
     grains = clusters.grains
@@ -173,13 +177,14 @@ def make_virtual_folder(folder: Path, run: VirtualRun, options: SynthOptions = O
         noise = options.rng(Purpose.NOISE, frame)
         levels = expose(picture * light, noise, noise_grey=options.noise_grey, bit_depth=8)
         cv2.imwrite(str(folder / "photos" / name), levels)
-    times = pd.DataFrame({"file": names, "time_s": (run.u_mm / options.speed_mm_s).round(6)})
+    times = pd.DataFrame({"file": names, "time_s": (start_s + run.u_mm / options.speed_mm_s).round(6)})
     times.to_csv(folder / "photos.csv", index=False, lineterminator="\n")
-    (folder / "test.toml").write_text(_settings(run, view, options), encoding="utf-8")
+    (folder / "test.toml").write_text(_settings(run, view, options, told), encoding="utf-8")
     return view
 
 
-def _settings(run: VirtualRun, view: View, options: SynthOptions) -> str:
+def _settings(run: VirtualRun, view: View, options: SynthOptions, told: Soil) -> str:
+    soil = "\n".join(f"{key} = {value!r}" for key, value in told.model_dump(exclude_defaults=True).items())
     return f"""\
 [test]
 name = "material points"
@@ -194,9 +199,7 @@ speed_mm_s = {options.speed_mm_s}
 length_mm = {run.box_mm - run.start_mm:.6g}
 
 [soil]
-unit_weight_kN_m3 = 16.0
-peak_friction_deg = 50.0
-residual_friction_deg = 32.0
+{soil}
 
 [camera]
 photos = "photos/*.png"
