@@ -1,17 +1,20 @@
-"""Measured against predicted shear bands: matched one to one, counted, and described by a few scalars."""
+"""Measured against predicted shear bands: matched one to one, and described by a few scalars."""
 
 from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from ploughval.compare.bands.observed import QUANTITIES
 from ploughval.compare.force.peaks import MISSING, Quantity
 
+Floats = NDArray[np.float64]
 START_GATE_DEPTHS = 1.0
 OUTCROP_GATE_DEPTHS = 3.0
+_GATE_STDS = 3.0  # a gate is so many standard deviations of what a model may miss a place by
 _FORBIDDEN = 1e6
-_PAIRED = ("band", "u_start_mm", "u_end_mm", "beta_deg", "outcrop_x_mm")
 
 
 def match_bands(
@@ -24,38 +27,46 @@ def match_bands(
 ) -> pd.DataFrame:
     """Pair bands so that as many as possible match and their places differ least.
 
+    The cost of a pair is the sum of the squared differences of start and outcrop (mm), each over its
+    variance (mm2): of both sides' uncertainty, and of a third of the gate, by which a model may be off.
+
     Parameters
     ----------
     measured : DataFrame
-        BAND_COLUMNS of the experiment.
+        Of the experiment, as ``observe`` gives it.
     model : DataFrame
-        BAND_COLUMNS of the model.
+        Of the model, likewise.
     depth_mm : float
         Depth of the tip.
     start_gate : float
-        Largest difference of u_start_mm between partners, depths.
+        Largest difference of u_start_mm between partners, depths; an unknown start passes.
     outcrop_gate : float
         Largest difference of outcrop_x_mm between partners, depths; an unknown outcrop passes.
 
     Returns
     -------
     DataFrame
-        band, u_start_mm, u_end_mm, beta_deg, outcrop_x_mm, each with the ending _experiment and _model, in
-        order of start; a band without a partner has NaN on the other side.
+        band, joined, complete, calibration_std_mm and the QUANTITIES with their standard uncertainties, each
+        with the ending _experiment and _model, in order of start; a band without a partner has NaN on the
+        other side.
     """
-    start = np.abs(_outer(measured, model, "u_start_mm")) / (start_gate * depth_mm)
-    outcrop = np.nan_to_num(np.abs(_outer(measured, model, "outcrop_x_mm")) / (outcrop_gate * depth_mm))
-    cost = np.where((start <= 1) & (outcrop <= 1), start**2 + outcrop**2, _FORBIDDEN)
-    rows, columns = linear_sum_assignment(cost)
-    allowed = cost[rows, columns] < _FORBIDDEN
-    partner = dict(zip(rows[allowed].tolist(), columns[allowed].tolist(), strict=True))
+    cost, allowed = np.zeros((len(measured), len(model))), np.ones((len(measured), len(model)), dtype=bool)
+    for name, gate in (("u_start_mm", start_gate * depth_mm), ("outcrop_x_mm", outcrop_gate * depth_mm)):
+        apart = np.subtract.outer(measured[name].to_numpy(float), model[name].to_numpy(float))
+        stds = [np.nan_to_num(side[f"{name}_std"].to_numpy(float)) for side in (measured, model)]
+        variance = np.add.outer(stds[0] ** 2, stds[1] ** 2) + (gate / _GATE_STDS) ** 2
+        cost += np.nan_to_num(apart**2 / variance)
+        allowed &= ~(np.abs(apart) > gate)
+    rows, columns = linear_sum_assignment(np.where(allowed, cost, _FORBIDDEN))
+    kept = allowed[rows, columns]
+    partner = dict(zip(rows[kept].tolist(), columns[kept].tolist(), strict=True))
     pairs: list[tuple[int | None, int | None]] = [(k, partner.get(k)) for k in range(len(measured))]
     pairs += [(None, k) for k in range(len(model)) if k not in partner.values()]
     table = pd.DataFrame(
         {
             f"{name}_{side}": [_cell(source, pair[place], name) for pair in pairs]
             for place, (side, source) in enumerate((("experiment", measured), ("model", model)))
-            for name in _PAIRED
+            for name in source.columns
         },
         dtype=np.float64,
     )
@@ -63,47 +74,45 @@ def match_bands(
     return table.iloc[np.argsort(begin.to_numpy(), kind="stable")].reset_index(drop=True)
 
 
-def band_quantities(bands: pd.DataFrame, limit_mm: float, start_std_mm: float) -> Mapping[str, Quantity]:
-    """Scalars of the bands that begin within a travel.
+def band_quantities(bands: pd.DataFrame) -> Mapping[str, Quantity]:
+    """Scalars of the first two bands of a record.
 
     Parameters
     ----------
     bands : DataFrame
-        BAND_COLUMNS.
-    limit_mm : float
-        Travel that both sides have in common: bands that begin later are left out.
-    start_std_mm : float
-        Standard uncertainty of the travel at which a band begins; NaN unknown.
+        As ``observe`` gives it.
+
+    Returns
+    -------
+    mapping of str to Quantity
+        Their number, and inclination, outcrop, start and life; missing where the record does not show them.
     """
-    table = bands[bands["u_start_mm"] < limit_mm].sort_values("u_start_mm", kind="stable")
-    starts = table["u_start_mm"].to_numpy(dtype=np.float64)
-    two = len(table) > 1
-    span = float(starts[-1] - starts[0]) if two else float("nan")
-    life = Quantity(float(starts[1] - starts[0]), np.sqrt(2) * start_std_mm) if two else MISSING
     return {
-        "bands_count": Quantity(float(len(table)), 0.0),
-        "first_band_beta_deg": _of(table, 0, "beta_deg", "beta_std_deg"),
-        "first_outcrop_x_mm": _of(table, 0, "outcrop_x_mm", "outcrop_std_mm"),
-        "first_band_life_mm": life,
-        "second_band_beta_deg": _of(table, 1, "beta_deg", "beta_std_deg"),
-        "second_outcrop_x_mm": _of(table, 1, "outcrop_x_mm", "outcrop_std_mm"),
-        "second_band_u_mm": Quantity(float(starts[1]), start_std_mm) if two else MISSING,
-        "band_frequency": Quantity(
-            (len(table) - 1) / span, np.sqrt(2) * start_std_mm * (len(table) - 1) / span**2
-        )
-        if two and span > 0
-        else MISSING,
+        "bands_count": Quantity(float(len(bands)), 0.0),
+        "first_band_beta_deg": quantity(bands, 0, "beta_deg"),
+        "first_outcrop_x_mm": quantity(bands, 0, "outcrop_x_mm"),
+        "first_band_life_mm": quantity(bands, 0, "life_mm"),
+        "second_band_beta_deg": quantity(bands, 1, "beta_deg"),
+        "second_outcrop_x_mm": quantity(bands, 1, "outcrop_x_mm"),
+        "second_band_u_mm": quantity(bands, 1, "u_start_mm"),
     }
 
 
-def _of(table: pd.DataFrame, place: int, value: str, std: str) -> Quantity:
-    if len(table) <= place:
+def numbered(bands: pd.DataFrame) -> dict[str, Quantity]:
+    """All quantities of all bands of a record, by name and number: ``beta_deg/0``."""
+    return {
+        f"{name}/{place}": quantity(bands, place, name) for place in range(len(bands)) for name in QUANTITIES
+    }
+
+
+def quantity(bands: pd.DataFrame, place: int, name: str) -> Quantity:
+    """A quantity of the band at a place of a table of ``observe``; a place has its calibration's part."""
+    if len(bands) <= place:
         return MISSING
-    return Quantity(float(table[value].iloc[place]), float(table[std].iloc[place]))
-
-
-def _outer(measured: pd.DataFrame, model: pd.DataFrame, name: str) -> np.ndarray:
-    return np.asarray(np.subtract.outer(measured[name].to_numpy(float), model[name].to_numpy(float)))
+    std = float(bands[f"{name}_std"].iloc[place])
+    if name in ("outcrop_x_mm", "ahead_mm"):
+        std = float(np.hypot(std, np.nan_to_num(bands["calibration_std_mm"].iloc[place])))
+    return Quantity(float(bands[name].iloc[place]), std)
 
 
 def _cell(table: pd.DataFrame, place: int | None, name: str) -> float:
