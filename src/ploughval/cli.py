@@ -193,12 +193,41 @@ def simulate(
 
 
 @app.command()
-def fit(folder: Folder, as_json: Json = False) -> None:
+def fit(
+    folder: Folder,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option("--parameter", "-p", help="Field of [soil] to fit; repeat it for several."),
+    ] = None,
+    wall_friction: Annotated[
+        bool, typer.Option("--wall-friction", help="Fit the blade-sand friction angle too.")
+    ] = False,
+    travel_std: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Relative std of a tooth's length, sand against model.")
+    ] = 0.03,
+    force_std: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Relative std of the force, sand against model.")
+    ] = 0.01,
+    bayes: Annotated[
+        bool, typer.Option("--bayes", help="Sample the posterior beside the profiles (extra: bayes).")
+    ] = False,
+    as_json: Json = False,
+) -> None:
     """Friction angles and mobilization length from the measured force, with uncertainty."""
     with command(as_json) as talk:
+        from ploughval.model.fit import PARAMETERS, Discrepancy
+        from ploughval.model.fit.sampler import STEPS
         from ploughval.run.soil import fit_folder
 
-        fitted, path = fit_folder(folder)
+        names = tuple(parameters or PARAMETERS)
+        if wall_friction and "wall_friction_deg" not in names:
+            names = (*names, "wall_friction_deg")
+        fitted, path = fit_folder(
+            folder,
+            parameters=names,
+            discrepancy=Discrepancy(travel_std, force_std),
+            samples=STEPS if bayes else 0,
+        )
         talk.summary = {"file": str(path), **fitted.to_json()}
         talk.say(str(fitted))
         talk.say(f"wrote {path}")

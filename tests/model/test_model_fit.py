@@ -40,6 +40,8 @@ def test_known_soil_is_recovered_within_the_stated_uncertainty(truth, noise):
     assert 0.7 < fit.chi2_reduced < 1.3
     assert fit.residual_rms_N == pytest.approx(std, rel=0.15)
     assert fit.message == "all parameters are determined by this record"
+    assert np.all(fit.interval_95[:, 0] < fit.interval_68[:, 0])
+    assert np.all(fit.interval_68[:, 1] < fit.interval_95[:, 1])
 
 
 def test_parameters_not_asked_for_keep_the_scenes_values():
@@ -56,7 +58,10 @@ def test_record_without_softening_says_what_it_cannot_tell():
     u, force, std = record(scene_of(35.0, 35.0, 1.0), 30.0, 0.01, seed=1)
     fit = fit_soil(u, force, std, scene_of(40.0, 30.0, 1.0))
     assert abs(fit.values[0] - 35.0) < 0.5
-    assert "hardly determined" in fit.message
+    length = fit.parameters.index("mobilization_length_mm")
+    assert "mobilization_length_mm is not determined" in fit.message
+    assert np.isinf(fit.std[length])
+    assert np.isinf(fit.interval_95[length]).all()
 
 
 def test_records_that_cannot_be_used_are_refused():

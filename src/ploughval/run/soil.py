@@ -1,19 +1,28 @@
 """Soil parameters of a test folder fitted to its measured force."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ploughval.compare.force.curve import measured_curve
+from ploughval.compare.force.curve import Curve, measured_curve
 from ploughval.errors import ConfigError, DataError, Fault
-from ploughval.loadcells import measure_force
-from ploughval.model.fit import SoilFit, fit_soil
-from ploughval.run.store import write_json
+from ploughval.loadcells import ForceResult, measure_force
+from ploughval.model.fit import PARAMETERS, Discrepancy, SharedErrors, SoilFit, fit_soil
+from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
+from ploughval.run.store import write_csv, write_json
 from ploughval.scene import load_scene
 
 
-def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[SoilFit, Path]:
-    """Fit peak and residual friction angle and mobilization length to a test's force.
+def fit_folder(
+    folder: Path | str,
+    *,
+    results: Path | None = None,
+    parameters: Sequence[str] = PARAMETERS,
+    discrepancy: Discrepancy | None = None,
+    samples: int = 0,
+) -> tuple[SoilFit, Path]:
+    """Fit soil parameters to a test's force; write fit.json and fit_force, fit_profiles, fit_landscape.csv.
 
     Parameters
     ----------
@@ -21,32 +30,67 @@ def fit_folder(folder: Path | str, *, results: Path | None = None) -> tuple[Soil
         Test folder; its log is measured anew, so that no older result can speak for it.
     results : Path or None
         Result folder; None: ``results`` in the test folder.
+    parameters : sequence of str
+        Fields of [soil] to fit; the others keep their values within their standard uncertainties.
+    discrepancy : Discrepancy or None
+        How far the model may be from the sand; None: see :class:`ploughval.model.fit.Discrepancy`.
+    samples : int
+        Steps of a sampler beside the profiles (extra ``bayes``); 0: none.
 
     Returns
     -------
     fit : SoilFit
-        Values with standard uncertainties.
+        Values with intervals.
     path : Path
         The fit.json that was written.
 
     Raises
     ------
     ConfigError
-        When the scene has no load cells or no soil to start from.
+        When the scene has no load cells or no soil to start from, or a parameter cannot be fitted.
     DataError
         When the log holds no motion.
+    MissingExtraError
+        Samples are wanted and emcee is not installed.
     """
     scene = load_scene(folder)
     if scene.loadcells is None or scene.soil is None:
         missing = "[soil]" if scene.soil is None else "[loadcells]"
         raise ConfigError(scene.source, [Fault(missing, "nothing", "a table", "A fit needs force and soil.")])
     results = scene.folder / "results" if results is None else results
-    curve = measured_curve(measure_force(scene).record, scene.blade.depth_mm)
+    measured = measure_force(scene)
+    curve = measured_curve(measured.record, scene.blade.depth_mm)
     if curve is None:
         log = ", ".join(scene.loadcells.log_patterns)
         raise DataError("holds no motion of the blade: a fit needs a force history", path=log)
-    shared = float(np.median(curve.shared_std_N))
-    fitted = fit_soil(curve.u_mm, curve.force_N, curve.noise_std_N, scene, shared_std_N=shared)
+    fitted = fit_soil(
+        curve.u_mm,
+        curve.force_N,
+        curve.noise_std_N,
+        scene,
+        parameters=parameters,
+        shared=shared_errors(curve, measured),
+        discrepancy=discrepancy,
+        samples=samples,
+    )
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
+    write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
+    write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
+    write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
     return fitted, path
+
+
+def shared_errors(curve: Curve, measured: ForceResult) -> SharedErrors:
+    """What is shared by all rows of a force record, as an offset, a gain and a start.
+
+    An offset (friction, zeros) is the same at any force, a gain (calibration) grows with it: the shared
+    variance against the square of the force is a straight line, neither part of which is negative.
+    """
+    from scipy.optimize import nnls  # not needed before a fit is asked for
+
+    square = np.column_stack([np.ones(len(curve.force_N)), curve.force_N**2])
+    size = square.mean(axis=0)
+    parts = nnls(square / size, curve.shared_std_N**2)[0] / size
+    start = measured.contact.std_mm if measured.contact is not None else 0.0
+    return SharedErrors(float(np.sqrt(parts[0])), float(np.sqrt(parts[1])), max(float(start), 0.0))

@@ -1,0 +1,64 @@
+"""What a record does not determine, in words."""
+
+import numpy as np
+
+from ploughval.model.fit.information import Information
+from ploughval.model.fit.objective import Objective
+from ploughval.model.fit.result import SoilFit
+
+ALIKE = 0.98  # parameters more correlated than this cannot be told apart
+FAR = 2.5  # standard uncertainties: what was known beforehand does not fit the record
+WIDE = 0.5  # of the range searched: an interval that long determines nothing
+
+
+def remarks_on(found: SoilFit, objective: Objective, told: Information, flat: bool) -> tuple[str, ...]:
+    """Remarks on a fit: undetermined parameters and why, misfit, stretched teeth, pulled knowledge."""
+    remarks = []
+    if flat:
+        remarks.append(
+            "the record shows no softening beyond its noise: mobilization_length_mm is not determined by it"
+        )
+    for k, name in enumerate(found.parameters):
+        if flat and name == "mobilization_length_mm":
+            continue
+        remarks.extend(_open(found, objective, k))
+    for k, name in enumerate(found.parameters):
+        for j in range(k):
+            if abs(told.correlation[j, k]) > ALIKE:
+                remarks.append(f"{found.parameters[j]} and {name} cannot be told apart")
+    if found.misfit.inflation > 1.5:
+        remarks.append(
+            f"the model misses the record by {np.sqrt(found.misfit.chi2):.1f} times its noise, over "
+            f"{found.misfit.rows_together:.0f} rows at a time: {found.misfit.independent:.0f} of "
+            f"{found.points} rows count as independent"
+        )
+    stretch = found.switches["stretch"].abs().max() if len(found.switches) else 0.0
+    if stretch > 2.0 * max(found.discrepancy.travel, 0.01):
+        remarks.append(
+            f"teeth of the record are up to {100 * stretch:.0f} % longer or shorter than the model's; "
+            f"{100 * found.discrepancy.travel:.0f} % was allowed for"
+        )
+    remarks.extend(
+        f"{shift.name} is pulled {abs(shift.shift / shift.std):.1f} standard uncertainties from what was told"
+        for shift in found.shifts
+        if abs(shift.shift) > FAR * shift.std
+    )
+    return tuple(remarks)
+
+
+def _open(found: SoilFit, objective: Objective, k: int) -> list[str]:
+    """Whether the interval of a parameter is open or useless, and why that may be."""
+    name, (low, high) = found.parameters[k], found.interval_95[k]
+    first = float(objective.record.u_mm[0])
+    why = ""
+    if name == "mobilization_length_mm" and not len(found.switches) and first > 0.0:
+        why = f": the first {first:.2g} mm are missing, and the record shows no switch"
+    ends = {(False, False): "", (True, False): "below", (False, True): "above", (True, True): "at all"}
+    side = ends[(not np.isfinite(low), not np.isfinite(high))]
+    if side == "at all":
+        return [f"{name} is not determined by this record{why}"]
+    if side:
+        return [f"{name} is not bounded {side} within the range searched{why}"]
+    searched = objective.space.high[k] - objective.space.low[k]
+    length = high - low if objective.space.angles[k] else np.log(high / low)
+    return [f"{name} is hardly determined by this record{why}"] if length > WIDE * searched else []
