@@ -153,7 +153,7 @@ def test_hard_cases_stay_finite_and_conserve_area(name):
     assert np.isfinite(history.force.to_numpy()).all()
     assert np.all(history.force["force_N"] > 0)
     assert np.isfinite(history.force_std_N)
-    steepest = np.tan(np.radians(history.repose_deg)) * (1 + 1e-6)
+    steepest = np.tan(history.law.repose) * (1 + 1e-6)
     area = area_ahead(history.surface(0.0))
     for increment in history.increments:
         area -= 0.5 * increment.du_mm**2 * np.tan(np.radians(increment.beta_deg))

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from ploughval.errors import ConvergenceError
+from ploughval.model.ground import initial_surface
 from ploughval.model.march import LEAST_LIFE, End
 from ploughval.model.mechanism import block_areas, block_force
-from ploughval.model.settings import initial_surface, run_march, soil_law
+from ploughval.model.settings import run_march, soil_law
 from ploughval.model.softening import mobilised_friction_deg
 from ploughval.model.surface import area_ahead
 from ploughval.scene import Scene

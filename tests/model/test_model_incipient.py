@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ploughval.errors import ConfigError, ConvergenceError
+from ploughval.errors import ConvergenceError
 from ploughval.model import force_history, simulate
 from ploughval.model.incipient import incipient
 from ploughval.model.mechanism import initial_force
@@ -143,12 +143,6 @@ def test_no_surcharge_is_the_limit_of_a_small_one():
     u = np.linspace(0.0, 90.0, 500)
     a, b = (np.interp(u, run.u_mm, run.force_N) for run in (none, small))
     np.testing.assert_allclose(a, b, rtol=1e-5)
-
-
-def test_march_refuses_an_inclined_blade():
-    for run in (simulate, force_history):
-        with pytest.raises(ConfigError, match=r"blade\.inclination_deg"):
-            run(scene_of(inclination=5.0))
 
 
 def test_first_band_that_locks_or_passes_the_box_is_refused():

@@ -2,9 +2,9 @@
 
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, overload
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from ploughval.axes import BAND_COLUMNS, MODEL_FORCE_COLUMNS
 from ploughval.errors import DataError
 from ploughval.model import layers as material
-from ploughval.model.march import End, March
+from ploughval.model.increments import Increments, surface_within
+from ploughval.model.march import End, Law, March
 from ploughval.model.mechanism import initial_force
 from ploughval.model.settings import (
     increment_for,
@@ -23,70 +24,12 @@ from ploughval.model.settings import (
     tolerance_of,
     travel_of,
 )
-from ploughval.model.surface import avalanche, move_block
 from ploughval.scene import Scene, Soil
 
 Floats = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 HALVINGS = 4
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Increment:
-    """One increment: the block left of the outcrop moves by du (1, tan beta), then the surface avalanches.
-
-    ``u_mm`` is the blade's displacement at its start, when the tip stands at (u_mm, 0) and the band runs from
-    there to (outcrop_x_mm, outcrop_y_mm) on the surface. ``sheared`` and ``surface`` are (M, 2) world mm,
-    starting at the blade's face at u_mm + du_mm: after the block's motion, and after the avalanche.
-    """
-
-    u_mm: float
-    du_mm: float
-    beta_deg: float
-    outcrop_x_mm: float
-    outcrop_y_mm: float
-    band: int
-    force_N: float
-    sheared: Floats
-    surface: Floats
-
-
-class Increments(Sequence[Increment]):
-    """The increments of a march, made when asked for."""
-
-    __slots__ = ("_force_N", "_march")
-
-    def __init__(self, marched: March, force_N: Floats) -> None:
-        self._march, self._force_N = marched, force_N
-
-    def __len__(self) -> int:
-        return len(self._march.rows) - 1
-
-    @overload
-    def __getitem__(self, index: int) -> Increment: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Increment]: ...
-    def __getitem__(self, index: int | slice) -> Increment | list[Increment]:
-        if isinstance(index, slice):
-            return [self[k] for k in range(*index.indices(len(self)))]
-        k = range(len(self))[index]
-        u, du, _, tan_beta, x, y, band, _ = self._march.rows[k].tolist()
-        beta, force = math.degrees(math.atan(tan_beta)), float(self._force_N[k])
-        sheared, after = self.sheared(k), self.surface_before(k + 1)
-        return Increment(u, du, beta, x, y, int(band), force, sheared, after)
-
-    def __iter__(self) -> Iterator[Increment]:
-        return (self[k] for k in range(len(self)))
-
-    def surface_before(self, k: int) -> Floats:
-        """Surface (M, 2) at the start of increment k; k = len: at the end."""
-        start = self._march.ends[k - 1, 1] if k else 0
-        return np.ascontiguousarray(self._march.pool[:, start : self._march.ends[k, 0]].T)
-
-    def sheared(self, k: int) -> Floats:
-        """Surface (M, 2) of increment k after the block's motion, before the avalanche."""
-        return np.ascontiguousarray(self._march.pool[:, slice(*self._march.ends[k])].T)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +51,7 @@ class History:
     end_reason : str
         Why the run ended: "displacement reached", or what stopped it.
     horizontal_share : float
-        cos phi_w: load cells measure P times this.
+        Cosine of wall friction plus inclination: load cells measure P times this.
     """
 
     force: pd.DataFrame
@@ -118,8 +61,8 @@ class History:
     increments: Increments
     end_reason: str
     depth_mm: float
-    repose_deg: float
     horizontal_share: float
+    law: Law
     marched: March
 
     @property
@@ -141,8 +84,7 @@ class History:
         before = self.increments.surface_before(k)
         if du <= 1e-12 * self.depth_mm or start + self.marched.rows[k, 1] <= start:
             return before
-        tan_beta, outcrop = self.marched.rows[k, 3:5]
-        return avalanche(move_block(before, outcrop, tan_beta, du), self.repose_deg)
+        return surface_within(before, self.marched.rows[k, 4], du, self.law)
 
     def advect(self, points_mm: ArrayLike, u_from_mm: float, u_to_mm: float) -> Floats:
         """Where material points (N, 2) that stand in the sand at ``u_from_mm`` stand at ``u_to_mm``.
@@ -165,7 +107,8 @@ class History:
         points = np.array(points_mm, float).reshape(-1, 2)
         last = self._increment_at(stop)
         partial = self.surface(stop)
-        material.carry(points, self.marched, start, stop, last, partial, 1e-9 * self.depth_mm)
+        slack = 1e-9 * self.depth_mm
+        material.carry(points, self.marched, self.law, (start, stop, last), partial, slack)
         return points
 
     def layers(self, heights_mm: Sequence[float], u_mm: ArrayLike, frames: ArrayLike) -> pd.DataFrame:
@@ -249,12 +192,12 @@ def simulate(
         force=_force_table(fine, force_N),
         force_std_N=scale * max(error, march_error(coarse, fine)),
         P0_N=_level_force(scene, soil),
-        bands=_band_table(fine, coarse),
+        bands=_band_table(fine, coarse, law),
         increments=Increments(fine, force_N),
         end_reason=reasons.get(End(fine.end), "no shear band is possible any more"),
         depth_mm=depth,
-        repose_deg=soil.slope_of_repose_deg,
-        horizontal_share=soil.horizontal_share,
+        horizontal_share=math.cos(law.wall),
+        law=law,
         marched=fine,
     )
 
@@ -302,7 +245,13 @@ def _level_force(scene: Scene, soil: Soil) -> float:
     """First force in level sand, N for the blade's width."""
     angles = soil.peak_friction_deg, soil.wall_friction_deg
     weight, surcharge = 1e-6 * soil.unit_weight_kN_m3, 1e-3 * soil.surcharge_kPa
-    return scene.blade.width_mm * initial_force(scene.blade.depth_mm, weight, *angles, surcharge=surcharge)
+    return scene.blade.width_mm * initial_force(
+        scene.blade.depth_mm,
+        weight,
+        *angles,
+        inclination_deg=scene.blade.inclination_deg,
+        surcharge=surcharge,
+    )
 
 
 def _starts(marched: March) -> NDArray[np.int64]:
@@ -316,10 +265,10 @@ def _force_table(marched: March, force_N: Floats) -> pd.DataFrame:
     return pd.DataFrame(dict(zip(MODEL_FORCE_COLUMNS, columns, strict=True)))
 
 
-def _band_table(fine: March, coarse: March) -> pd.DataFrame:
+def _band_table(fine: March, coarse: March, law: Law) -> pd.DataFrame:
     rows, starts = fine.rows, _starts(fine)
     beta = np.degrees(np.arctan(rows[:, 3]))
-    slip = rows[:, 1] * np.hypot(1.0, rows[:, 3])
+    slip = rows[:, 1] * np.hypot(1.0, rows[:, 3]) / (1.0 - law.face * rows[:, 3])
     other = _starts(coarse)
     common = min(len(starts), len(other))
     stds = np.full((2, len(starts)), np.nan)

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ploughval.axes import LAYER_COLUMNS
-from ploughval.model.march import March
+from ploughval.model.march import Law, March
 from ploughval.model.surface import height_at
 
 if TYPE_CHECKING:
@@ -22,16 +22,15 @@ TORN = 4.0  # neighbours that have come apart to so many times their first dista
 
 
 def carry(
-    points: Floats, marched: March, start: float, stop: float, last: int, partial: Floats, slack: float
+    points: Floats, marched: March, law: Law, span: tuple[float, float, int], partial: Floats, slack: float
 ) -> None:
-    """Move points (N, 2) in place from displacement ``start`` to ``stop``, which lies in increment ``last``.
+    """Move points (N, 2) in place over a span: from, to (displacements) and the increment of the second.
 
-    Sand above the band and left of its outcrop moves by du (1, tan beta). What then stands higher than
-    ``slack`` above the surface at rest has avalanched and becomes NaN. ``partial`` (M, 2) is the surface
-    at ``stop``.
+    Sand above the band and left of its outcrop moves with the block. What then stands higher than ``slack``
+    above the surface at rest has avalanched and becomes NaN. ``partial`` (M, 2) is the surface at the end.
     """
     moving = np.ascontiguousarray(points.T)
-    _carry(moving, marched, start, stop, last, slack)
+    _carry(moving, marched, law.face, span, slack)
     px, py = moving
     top = np.interp(px, partial[:, 0], partial[:, 1])
     gone = (px >= partial[0, 0]) & (py > top + slack)
@@ -40,8 +39,9 @@ def carry(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def _carry(moving: Floats, marched: March, start: float, stop: float, last: int, slack: float) -> None:
+def _carry(moving: Floats, marched: March, face: float, span: tuple[float, float, int], slack: float) -> None:
     px, py, rows, ends, pool = moving[0], moving[1], marched.rows, marched.ends, marched.pool
+    start, stop, last = span
     for k in range(min(last + 1, rows.shape[0] - 1)):
         u, du, tan_beta, outcrop = rows[k, 0], rows[k, 1], rows[k, 3], rows[k, 4]
         if u + du <= start:
@@ -52,15 +52,16 @@ def _carry(moving: Floats, marched: March, start: float, stop: float, last: int,
         x, y = pool[0, ends[k, 1] : ends[k + 1, 0]], pool[1, ends[k, 1] : ends[k + 1, 0]]
         whole = u + du <= stop
         moved_before = max(u, start) - u
+        forward = 1.0 / (1.0 - face * tan_beta)
         for i in range(px.size):
             if np.isnan(px[i]):
                 continue
             # a point that rode with this increment's block before `start` is judged where it came from
-            from_x = px[i] - moved_before
-            in_block = from_x >= u - slack and from_x < outcrop and py[i] > tan_beta * (px[i] - u)
-            if in_block:
-                px[i] += move
-                py[i] += move * tan_beta
+            ahead = px[i] - face * py[i] - moved_before >= u - slack
+            in_block = px[i] - moved_before * forward < outcrop and py[i] > tan_beta * (px[i] - u)
+            if ahead and in_block:
+                px[i] += move * forward
+                py[i] += move * forward * tan_beta
             if whole and px[i] >= x[0] and py[i] > height_at(x, y, x.size, px[i]) + slack:
                 px[i] = np.nan
                 py[i] = np.nan
@@ -101,7 +102,7 @@ def _line(history: "History", height: float, spacing: float) -> Floats:
     """
     surface = history.increments.surface_before(0)
     reach = min(float(history.marched.rows[:, 4].max()) + 2.0 * history.depth_mm, surface[-1, 0])
-    x = np.append(np.arange(0.0, reach, spacing), surface[-1, 0])
+    x = np.append(np.arange(history.law.face * height, reach, spacing), surface[-1, 0])
     x = x[np.interp(x, surface[:, 0], surface[:, 1]) >= height]
     return np.column_stack([x, np.full_like(x, height)])
 

@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 SAME_BAND = 0.05  # a fresh outcrop nearer than this share of the band's reach is the same band creeping on
 SOFTENING_STEPS = 8  # steps in which a band softens ...
 LEAST_STEP = 64.0  # ... unless that makes them shorter than this part of the increment
+REACHED = 1e-6  # rise of the sand's last node, in heights of the face, that tells the heap has come so far
 LEAST_LIFE = 8.0  # a band lives at least this part of the increment: two bands may alternate ever faster
 
 
@@ -39,6 +40,7 @@ class Law(NamedTuple):
     rides: float
     softened: float = 0.0  # 1: a fresh band leaves in the direction that is cheapest once it has softened
     load: float = 0.0  # surcharge / unit weight
+    face: float = 0.0  # tangent of the face's inclination, which ``wall`` includes (Eq. 16)
 
 
 class Trial(NamedTuple):
@@ -90,26 +92,48 @@ def band_force(
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def advance(
-    now: Floats, n: int, outcrop: float, du: float, repose: float, crowd: int, work: Floats, to: Floats
+    now: Floats, n: int, outcrop: float, du: float, law: Law, crowd: int, work: Floats, to: Floats
 ) -> tuple[int, int]:
-    """One increment from ``now`` (2, room) into ``to``: rows 0, 1 at rest, 2, 3 sheared; both counts."""
-    x, y = now[0], now[1]
-    tan_beta = height_at(x, y, n, outcrop) / (outcrop - x[0])
-    m = shear(x, y, n, outcrop, tan_beta, du, to[2], to[3])
+    """One increment from ``now`` (2, room) into ``to``: rows 0, 1 at rest, 2, 3 sheared; both counts.
+
+    In the oblique coordinates x - y tan(inclination) the face is upright and the block moves by du with it,
+    as before a vertical blade (docs/theory-model.md, section 8).
+    """
+    across, y = now[0], now[1]
+    top = height_at(across, y, n, outcrop)
+    if law.face != 0.0:
+        across = work[0]
+        across[:n] = now[0, :n] - law.face * y[:n]
+    foot = outcrop - law.face * top
+    m = shear(across, y, n, foot, top / (foot - across[0]), du, to[2], to[3])
     if m > crowd:
         deviation = 1e-9 * y[0]
         while m > crowd // 2:
             m = thin(to[2], to[3], m, deviation)
             deviation *= 2.0
     to[0, :m], to[1, :m] = to[2, :m], to[3, :m]
-    return settle(to[0], to[1], m, repose, work), m
+    rest = come_to_rest(to[0], to[1], m, law, work)
+    if law.face != 0.0:
+        to[0, :rest] += law.face * to[1, :rest]
+        to[2, :m] += law.face * to[3, :m]
+    return rest, m
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def fresh_band(x: Floats, y: Floats, n: int, law: Law, lean: float = 0.0) -> tuple[float, float]:
+def come_to_rest(across: Floats, y: Floats, n: int, law: Law, work: Floats) -> int:
+    """Avalanche in oblique coordinates, where rises and falls at the slope of repose are not alike."""
+    repose = math.tan(law.repose)
+    count: int = settle(
+        across, y, n, repose / (1.0 + law.face * repose), repose / (1.0 - law.face * repose), work
+    )
+    return count
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def fresh_band(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
     """P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
     x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
-    tan_peak, tan_wall = math.tan(law.peak), math.tan(law.wall)
+    tan_peak, tan_wall, lean = math.tan(law.peak), math.tan(law.wall), law.face * y[0]
     if law.softened > 0.0 and law.peak > law.residual:
         force, place = cheapest_band(x, y, n + 1, math.tan(law.residual), tan_wall, law.load, lean)
         if math.isfinite(force):
@@ -122,9 +146,9 @@ def fresh_band(x: Floats, y: Floats, n: int, law: Law, lean: float = 0.0) -> tup
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def lacking(wanted: Trial, edge: float) -> int:
     """Why the fresh band that is wanted cannot be had: it comes out where no sand is, or locks; else 0."""
-    if wanted.place > edge:
-        return 1
-    return 0 if math.isfinite(wanted.fresh) else 2
+    if not math.isfinite(wanted.fresh):
+        return 2
+    return 1 if wanted.place > edge else 0
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -143,14 +167,20 @@ def try_increment(
 ) -> tuple[int, int, Trial]:
     """Advance by du with the band (outcrop, slip) and weigh the bands after it; counts as in ``advance``."""
     outcrop, slip = band
-    reach = outcrop - now[0, 0]
-    stretch = math.hypot(1.0, height_at(now[0], now[1], n, outcrop) / reach)
-    rest, sheared = advance(now, n, outcrop, du, math.tan(law.repose), crowd, work, to)
-    at, slip = outcrop + du * law.rides, slip + du * stretch
-    tan_phi = tan_mobilised(slip, law.peak, law.residual, law.mobilization)
-    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall), law.load)
+    tan_beta = height_at(now[0], now[1], n, outcrop) / (outcrop - tip_of(now, law))
+    forward = 1.0 / (1.0 - law.face * tan_beta)
+    rest, sheared = advance(now, n, outcrop, du, law, crowd, work, to)
+    at, slip = outcrop + du * forward * law.rides, slip + du * forward * math.hypot(1.0, tan_beta)
+    tan_phi, lean = tan_mobilised(slip, law.peak, law.residual, law.mobilization), law.face * to[1, 0]
+    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall), law.load, lean)
     fresh, place = fresh_band(to[0], to[1], rest, law)
     return rest, sheared, Trial(du, at, slip, force, fresh, place)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def tip_of(surface: Floats, law: Law) -> float:
+    """Where the tip stands, from where the surface meets the face."""
+    return float(surface[0, 0] - law.face * surface[1, 0])
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -170,7 +200,7 @@ def up_to_switch(
     """
     least, du = limits
     rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
-    creeps = abs(last.place - last.at) <= SAME_BAND * (last.at - to[0, 0])
+    creeps = abs(last.place - last.at) <= SAME_BAND * (last.at - tip_of(to, law))
     if law.peak <= law.residual or last.force <= last.fresh or creeps:
         return rest, sheared, last, False
     low, high, whole = 0.0, du, du
@@ -203,7 +233,10 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     now, to, work = np.empty((2, 4 * crowd)), np.empty((4, 4 * crowd)), np.empty((4, 4 * crowd))
     n = surface.shape[1]
     now[:, :n] = surface
-    n = settle(now[0], now[1], n, math.tan(law.repose), work)
+    now[0, :n] -= law.face * now[1, :n]
+    n = come_to_rest(now[0], now[1], n, law, work)
+    now[0, :n] += law.face * now[1, :n]
+    far = now[1, n - 1]
     rows, ends = np.empty((256, 8)), np.empty((256, 2), np.int64)
     pool = np.empty((2, 4096 if store else 1))
     count, filled, band, end = 0, 0, -1, 0
@@ -216,7 +249,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
             if end != 0 and band < 0:
                 break
             if end == 0:
-                jump = abs(last.place - last.at) > SAME_BAND * (last.at - now[0, 0])
+                jump = abs(last.place - last.at) > SAME_BAND * (last.at - tip_of(now, law))
                 band += 1 if band < 0 or (jump and law.peak > law.residual) else 0
                 slip = 0.0 if law.peak > law.residual else last.slip
                 last = Trial(0.0, last.place, slip, last.fresh, last.fresh, last.place)
@@ -230,11 +263,14 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
             pool, filled = _store(pool, filled, now, n)
         ends[count] = filled
         count += 1
+        if law.face != 0.0 and abs(now[1, n - 1] - far) > REACHED * now[1, 0]:
+            end = 1  # the end of the box is upright, not oblique: no avalanche against it
         if end != 0 or u >= travel:
             break
         du = min(step, travel - u)
         if law.peak > law.residual:
-            du = min(du, increment(step, law, last.slip, 1.0 / math.hypot(1.0, tan_beta)))
+            rate = math.hypot(1.0, tan_beta) / (1.0 - law.face * tan_beta)
+            du = min(du, increment(step, law, last.slip, 1.0 / rate))
         active = (last.at, last.slip)
         limits = (born + step / LEAST_LIFE - u, du)
         rest, sheared, last, switches = up_to_switch(now, n, law, active, limits, crowd, work, to)

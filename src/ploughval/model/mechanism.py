@@ -89,7 +89,8 @@ def initial_force(
         return math.inf
     inclined = math.cos(wall + lean)
     root = math.sqrt(math.sin(phi + wall) * math.sin(phi + slope) / (inclined * math.cos(lean + slope)))
-    coefficient = (math.cos(phi - lean) / math.cos(lean)) ** 2 / (inclined * (1.0 - root) ** 2)
+    reach = math.cos(lean + slope) / (math.cos(lean) * math.cos(phi + wall + lean + slope))
+    coefficient = inclined * (reach * (1.0 + root)) ** 2
     load = surcharge * depth_mm / (1.0 - math.tan(slope) * math.tan(lean))
     return (0.5 * unit_weight * depth_mm**2 + load) * coefficient
 

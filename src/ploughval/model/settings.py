@@ -1,15 +1,11 @@
-"""A scene as the march wants it: soil, rules, travel, increment and initial surface."""
+"""A scene as the march wants it: soil, rules, travel and increment."""
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ploughval.errors import ConfigError, ConvergenceError, Fault
+from ploughval.model.ground import surface_ahead
 from ploughval.model.march import End, Law, March, march
 from ploughval.scene import Scene, Soil
-
-Floats = NDArray[np.float64]
 
 STEP_PER_TOLERANCE = (
     5.0  # increment, in depths, that meets a relative tolerance (reports/speed-error/model.csv)
@@ -36,12 +32,21 @@ def soil_law(soil: Soil, outcrop: str, *, direction: str = "least_force") -> Law
 
 
 def scene_law(scene: Scene, soil: Soil) -> Law:
-    """A soil under the rules of a scene's [model]; refuses what the march cannot do."""
-    if scene.blade.inclination_deg != 0.0:
-        value, remedy = f"{scene.blade.inclination_deg:g}", "ploughval.model.incipient gives its first band."
-        fault = Fault("blade.inclination_deg", value, "0: the model pushes vertical blades only", remedy)
-        raise ConfigError(scene.source, [fault])
-    return soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
+    """A soil under the rules of a scene's [model], before its blade; refuses faces flatter than the sand."""
+    law = soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
+    lean = scene.blade.inclination_deg
+    most = 90.0 - soil.slope_of_repose_deg
+    if lean != 0.0 and abs(lean) >= most:
+        expected = f"less than {most:g} either way: a face steeper than the sand's slope of repose"
+        remedy = "ploughval.model.incipient gives its first band."
+        raise ConfigError(scene.source, [Fault("blade.inclination_deg", f"{lean:g}", expected, remedy)])
+    return inclined(law, lean)
+
+
+def inclined(law: Law, inclination_deg: float) -> Law:
+    """A law before a face that leans; ``wall`` is then of wall friction and inclination (Eq. 16)."""
+    lean = math.radians(inclination_deg)
+    return law._replace(wall=law.wall + lean, face=math.tan(lean))
 
 
 def travel_of(scene: Scene, displacement_mm: float | None) -> float:
@@ -82,7 +87,8 @@ def run_march(scene: Scene, law: Law, travel: float, step: float, *, store: bool
     """March through a scene; without a box the sand is as long as the bands need."""
     span = travel + 40.0 * scene.blade.depth_mm
     for _ in range(10):
-        marched: March = march(initial_surface(scene, span), law, travel, step, store)
+        surface = surface_ahead(scene, span, math.degrees(law.repose))
+        marched: March = march(surface, law, travel, step, store)
         if marched.end == End.DONE or scene.box.length_mm is not None:
             break
         span *= 2.0
@@ -94,23 +100,3 @@ def run_march(scene: Scene, law: Law, travel: float, step: float, *, store: bool
         )
         raise ConvergenceError(f"{scene.source}: no mechanism at u = 0: {why}. Check [box] and [soil].")
     return marched
-
-
-def initial_surface(scene: Scene, span_mm: float) -> Floats:
-    """Surface (2, M) ahead of the blade at u = 0, to the end of the box or at least ``span_mm`` long."""
-    depth, given, box = scene.blade.depth_mm, scene.model.initial_surface_mm, scene.box.length_mm
-    x, y = np.array(given if given is not None else [(0.0, depth)], float).T
-    length = box if box is not None else max(span_mm, x[-1] + depth)
-    if np.any(np.diff(x) <= 0.0):
-        k = int(np.argmax(np.diff(x) <= 0.0)) + 1
-        fault = Fault(
-            f"model.initial_surface_mm.{k}", f"x {x[k]}", f"x above {x[k - 1]}", "Order the points by x."
-        )
-        raise ConfigError(scene.source, [fault])
-    face = float(np.interp(0.0, x, y))
-    if face <= 0.0 or length <= 0.0:
-        fault = Fault("model.initial_surface_mm", f"height {face} at the blade", "a height above the tip")
-        raise ConfigError(scene.source, [fault])
-    inner = (x > 0.0) & (x < length)
-    ends = np.interp([0.0, length], x, y)
-    return np.array([[0.0, *x[inner], length], [ends[0], *y[inner], ends[1]]])

@@ -38,7 +38,8 @@ def avalanche(surface: ArrayLike, repose_deg: float) -> Floats:
     room = 3 * len(nodes) + 4
     x, y = np.empty(room), np.empty(room)
     x[: len(nodes)], y[: len(nodes)] = nodes.T
-    n = settle(x, y, len(nodes), math.tan(math.radians(repose_deg)), np.empty((4, room)))
+    repose = math.tan(math.radians(repose_deg))
+    n = settle(x, y, len(nodes), repose, repose, np.empty((4, room)))
     return np.column_stack([x[:n], y[:n]])
 
 
@@ -116,10 +117,13 @@ def shear(
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def settle(x: Floats, y: Floats, n: int, repose: float, work: Floats) -> int:
-    """Avalanche in place, forwards and then backwards; ``work`` is (4, room). Returns the new count."""
+def settle(x: Floats, y: Floats, n: int, fall: float, rise: float, work: Floats) -> int:
+    """Avalanche in place, forwards and then backwards; ``work`` is (4, room). Returns the new count.
+
+    ``fall`` and ``rise`` are the greatest slopes of either kind; they differ in oblique coordinates only.
+    """
     for way in (1.0, -1.0):
-        steep = False
+        steep, repose = False, fall if way > 0.0 else rise
         for i in range(n - 1):
             if way * (y[i] - y[i + 1]) > (repose * (1.0 + 1e-12)) * (x[i + 1] - x[i]):
                 steep = True
