@@ -18,10 +18,10 @@ from ploughval.report.chapters import (
     force_chapter,
     friction_chapter,
 )
-from ploughval.report.comparison import comparison_context
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
+from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, tiles, verdict
@@ -39,7 +39,7 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
         Result folders (or test folders that hold ``results``).
     out : path, optional
         File or existing folder to write to; absent: ``report.html`` in the result folder, for several
-        ``comparison.html`` in the first.
+        ``comparison.html`` in the first, with its numbers beside it as .json and .csv.
 
     Returns
     -------
@@ -57,10 +57,15 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
     if not folders:
         raise ConfigError("report", [Fault("results", "no folder", "at least one result folder")])
     tests = [read_results(folder) for folder in folders]
-    page = single_page(tests[0]) if len(tests) == 1 else several_page(tests)
     name = PAGE_NAME if len(tests) == 1 else COMPARISON_NAME
     target = tests[0].folder if out is None else Path(out)
-    return _write(target / name if target.is_dir() else target, page)
+    target = target / name if target.is_dir() else target
+    if len(tests) == 1:
+        return _write(target, single_page(tests[0]))
+    found = find_several(tests)
+    _write(target, render("test.html.j2", **several_context(found, Pen())))
+    write_numbers(found, target)
+    return target
 
 
 def single_page(results: Results) -> str:
@@ -89,11 +94,6 @@ def single_page(results: Results) -> str:
         chapters=chapters,
         version=results.run.ploughval,
     )
-
-
-def several_page(tests: Sequence[Results]) -> str:
-    """The page that compares several tests, as HTML."""
-    return render("test.html.j2", **comparison_context(tests, Pen()))
 
 
 def render(template: str, **context: Any) -> str:

@@ -6,12 +6,13 @@ from ploughval.compare.several.groups import Group, Grouping, group_tests
 from ploughval.compare.several.histories import MeanHistory, mean_history
 from ploughval.compare.several.pooling import Pooled, pool
 from ploughval.compare.several.record import Record, Value
-from ploughval.compare.several.repeats import Repeat, levels_together, repeats_of
+from ploughval.compare.several.repeats import LevelsTogether, Repeat, levels_together, repeats_of
 from ploughval.compare.several.straight import Line, fit_line
 
 __all__ = [
     "Group",
     "Grouping",
+    "LevelsTogether",
     "Line",
     "MeanError",
     "MeanHistory",

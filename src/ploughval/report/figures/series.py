@@ -57,26 +57,29 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     Parameters
     ----------
     histories : sequence of History
-        One a test.
+        One a test; those that share a name share colour and entry in the legend.
     measured : bool
         The measured side, or the predicted one.
     """
     figure = new_figure(3.5)
     axes = figure.subplots()
     dashes = ("-", "--", "-.", ":")
-    for place, history in enumerate(histories):
+    names = list(dict.fromkeys(history.name for history in histories))
+    labelled: set[str] = set()
+    for history in histories:
         table = history.force if measured else history.model
         if table is None:
             continue
-        shown = thin(table, "force_N")
+        shown, place = thin(table, "force_N"), names.index(history.name)
         axes.plot(
             shown["u_mm"] / history.depth_mm,
             shown["force_N"] / history.P0_N,
             color=SERIES[place % len(SERIES)],
             ls=dashes[place // len(SERIES) % len(dashes)] if measured else "--",
             lw=1.4,
-            label=plain(history.name),
+            label=None if history.name in labelled else plain(history.name),
         )
+        labelled.add(history.name)
     axes.set_xlabel("u / d")
     axes.set_ylabel("P / P₀, measured" if measured else "P / P₀, predicted")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))

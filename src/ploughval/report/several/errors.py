@@ -1,0 +1,60 @@
+"""Chapter: model against experiment over all tests."""
+
+from ploughval.compare.several import MeanError
+from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
+from ploughval.report.figures.several import errors_figure
+from ploughval.report.several.findings import SeveralFindings
+from ploughval.report.several.repeatability import metric_words, with_interval
+from ploughval.report.text import label
+
+LEAD = (
+    "E is model minus experiment, forces in γd²B/2 and lengths in d so that depths compare. The mean's 95 "
+    "% interval holds the scatter of E between tests, which averages out, and whole what does not: the "
+    "model's uncertainty, for the friction angles and unit weight of one sand are the same error in all "
+    "its tests, and the part of the stated measurement uncertainty that the scatter does not show, for it "
+    "may be common."
+)
+HEAD = (
+    "Metric, scaled",
+    "Tests",
+    "Mean E (95 %)",
+    "s of E (95 %)",
+    "u of the model, common",
+    "Agree",
+    "Mean agrees",
+)
+
+
+def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
+    """Mean error of every metric; absent where no two tests have one."""
+    if not found.errors:
+        return None
+    judged = [error for error in found.errors if error.judged]
+    drawings = []
+    if judged:
+        outside = [label(error.metric) for error in judged if error.mean_agrees is False]
+        said = (
+            f"Mean errors beyond their interval: {', '.join(outside)}."
+            if outside
+            else "No mean error is beyond its."
+        )
+        words = f"Errors of {len(judged)} metrics over all tests in validation uncertainties. {said}"
+        drawings.append(pen.draw(errors_figure(judged), words, words))
+    tables = [Table("Mean errors", HEAD, [_row(error) for error in found.errors], kind="wide")]
+    return Chapter("errors", "Model against experiment", lead=LEAD, drawings=drawings, tables=tables)
+
+
+def _row(error: MeanError) -> list[Cell]:
+    pooled = error.pooled
+    words = {True: ("yes", "agrees"), False: ("no", "differs"), None: ("unknown", "unknown")}
+    word, mark = words[error.mean_agrees]
+    agree = f"{error.agree} / {error.judged}" if error.judged else ""
+    return [
+        Cell(metric_words(error.metric, error.scale)),
+        value_cell(pooled.count),
+        with_interval(pooled.pooled, error.low, error.high),
+        with_interval(pooled.std, pooled.std_low, pooled.std_high),
+        value_cell(error.input_std, 3),
+        Cell(agree, float(error.agree) if error.judged else None),
+        Cell(word, mark=mark),
+    ]

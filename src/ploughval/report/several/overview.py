@@ -1,0 +1,108 @@
+"""Chapter: which tests there are, which repeat each other, and what differs between the others."""
+
+import numpy as np
+
+from ploughval.axes import unit_of
+from ploughval.compare.several.groups import KEYS, RULE, Group, Key
+from ploughval.report.blocks import Cell, Chapter, Table
+from ploughval.report.several.findings import SeveralFindings
+from ploughval.report.text import brief, label, number, unit
+from ploughval.report.verdict import verdict
+
+
+def overview_chapter(found: SeveralFindings) -> Chapter:
+    """Tests, groups and the rule that made them."""
+    head = ("Test", "Group", "Depth d, mm", "P₀, N", "Verdict")
+    rows = [
+        [
+            Cell(name),
+            Cell(found.group_label(place)),
+            Cell(number(test.depth_mm, 3), test.depth_mm),
+            Cell(number(test.P0_N), test.P0_N),
+            Cell(verdict(test)),
+        ]
+        for place, (name, test) in enumerate(zip(found.names, found.tests, strict=True))
+    ]
+    return Chapter(
+        "overview",
+        "Tests",
+        lead=f"Tests of one group repeat each other by what their settings state: {RULE}.",
+        notes=_notes(found),
+        faults=_faults(found),
+        tables=[_groups(found), Table("Tests", head, rows, kind="cards")],
+    )
+
+
+def _groups(found: SeveralFindings) -> Table:
+    varying = found.grouping.varying
+    rows = [
+        [
+            Cell(group.label),
+            Cell(str(len(group.members)), float(len(group.members))),
+            *(Cell(_setting(found, group, key)) for key in varying),
+            Cell(found.members(group)),
+        ]
+        for group in found.grouping.groups
+    ]
+    return Table(
+        "Groups", ("Group", "Tests", *(key_words(key) for key in varying), "Names"), rows, kind="cards"
+    )
+
+
+def key_words(key: Key) -> str:
+    """A key of test.toml as a column's head."""
+    measure = {"_mm_s": "mm/s", "_kPa": "kPa"}.get(key.name[key.name.rfind("_") :], unit(unit_of(key.name)))
+    name = key.name.removesuffix("_mm_s").removesuffix("_kPa")
+    measure = "mm/s" if key.name.endswith("_mm_s") else measure
+    return f"{label(name)}, {measure}" if measure else label(name)
+
+
+def _setting(found: SeveralFindings, group: Group, key: Key) -> str:
+    """The value that a group's tests state, or the range of theirs."""
+    values = [found.records[place].number(key.table, key.name) for place in group.members]
+    if not np.isfinite(values).any():
+        stated = found.records[group.members[0]].setting(key.table, key.name)
+        return "not stated" if stated is None else str(stated)
+    low, high = min(values), max(values)
+    return brief(low) if low == high else f"{brief(low)} to {brief(high)}"
+
+
+def _notes(found: SeveralFindings) -> list[str]:
+    grouping = found.grouping
+    repeated = [group for group in grouping.groups if len(group.members) > 1]
+    if not grouping.varying:
+        said = ["All tests repeat each other."]
+    else:
+        names = ", ".join(f"{key.table}.{key.name}" for key in grouping.varying)
+        said = [f"Between groups differs: {names}."]
+    if not repeated:
+        said.append("No test repeats another: nothing can be said of repeatability.")
+    same = [key for key in KEYS if key not in grouping.varying and _stated(found, key)]
+    if same and grouping.groups:
+        held = ", ".join(
+            f"{key_words(key)} {_setting(found, _everyone(grouping.groups), key)}" for key in same
+        )
+        said.append(f"The same in all: {held}.")
+    return said
+
+
+def _everyone(groups: tuple[Group, ...]) -> Group:
+    return Group("", tuple(place for group in groups for place in group.members), {})
+
+
+def _stated(found: SeveralFindings, key: Key) -> bool:
+    return any(record.setting(key.table, key.name) is not None for record in found.records)
+
+
+def _faults(found: SeveralFindings) -> list[str]:
+    said = [
+        f"{found.names[copy]} was measured from the same files as {found.names[first]}: they count as one "
+        "test, and only the first takes part in scatter, depth and mean errors."
+        for copy, first in found.grouping.copies.items()
+    ]
+    if found.grouping.model_rules:
+        keys = ", ".join(f"model.{name}" for name in found.grouping.model_rules)
+        said.append(
+            f"The model was not run alike for all tests: {keys} differs. Mean errors mix its variants."
+        )
+    return said
