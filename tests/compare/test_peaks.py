@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from ploughval.compare.force.curve import Curve, measured_curve, model_curve
-from ploughval.compare.force.peaks import aligned_u, find_extremes, force_quantities, least_prominence
+from ploughval.compare.force.peaks import aligned_u, find_extremes, least_prominence
+from ploughval.compare.force.scalars import force_quantities
 
 # P0 = 10 at the start, down to 5 at 1 mm, up to 18 at 38, down to 8 at 39, up to 26 at 95, and so on.
 CORNERS_U = np.array([0.0, 1.0, 38.0, 39.0, 95.0, 96.0, 110.0])
@@ -70,6 +71,29 @@ def test_prominence_follows_the_setting_but_stays_above_the_noise():
     assert least_prominence(curve, 1.0, 0.2) == 3.0
 
 
+def test_stick_and_slip_is_no_peak_of_its_own():
+    u = np.linspace(0.005, 110, 22_000)
+    ripple = 1.5 * (2 * u % 1)  # 0.5 mm apart, half as high again as a tenth of P0
+    record = pd.DataFrame({"u_mm": u, "force_N": saw(u) + ripple, "force_std_N": 0.02})
+    curve = measured_curve(record, 30.0)
+    prominence = least_prominence(curve, 10.0, None)
+    peaks = find_extremes(curve, prominence, rebound_mm=3.0)
+    peaks = peaks[peaks["kind"] == "peak"]
+    assert prominence > 1.5
+    np.testing.assert_allclose(peaks["u_mm"], [0.0, 38.0, 95.0], atol=0.5)
+
+
+def test_a_rebound_within_a_fall_belongs_to_it():
+    force = pd.DataFrame(
+        {"u_mm": [0, 0.5, 0.8, 1.7, 25, 27, 30.0], "force_N": [53, 29, 35, 23, 67, 43, 44.0]}
+    )
+    curve = model_curve(force, 0.0)
+    assert find_extremes(curve, 5.0)["u_mm"].tolist() == [0.0, 0.5, 0.8, 1.7, 25.0, 27.0]
+    joined = find_extremes(curve, 5.0, rebound_mm=3.0)
+    assert joined["u_mm"].tolist() == [0.0, 1.7, 25.0, 27.0]
+    assert joined["drop_N"].tolist()[0] == 30.0
+
+
 def test_scalars_of_the_saw_tooth_are_exact():
     curve = exact_curve()
     found = force_quantities(curve, find_extremes(curve, 1.0), 30.0)
@@ -90,7 +114,7 @@ def test_a_history_without_peaks_has_a_mean_but_no_peak_scalars():
     found = force_quantities(rising, find_extremes(rising, 1.0), 30.0)
     assert found["force_mean_N"].value == pytest.approx(4.5)
     assert found["peaks_count"].value == 0
-    for name in ("first_peak_N", "first_switch_u_mm", "peak_spacing_mm", "first_switch_drop_N"):
+    for name in ("first_trough_N", "first_switch_u_mm", "peak_spacing_mm", "first_switch_drop_N"):
         assert np.isnan(found[name].value)
 
 

@@ -8,7 +8,8 @@ import pandas as pd
 from ploughval.compare.case import Case, join_scalars
 from ploughval.compare.force.curve import Curve, model_curve
 from ploughval.compare.force.history import history_metrics
-from ploughval.compare.force.peaks import Quantity, find_extremes, force_quantities, least_prominence
+from ploughval.compare.force.peaks import Quantity, find_extremes, least_prominence
+from ploughval.compare.force.scalars import REBOUND_DEPTHS, force_quantities
 from ploughval.compare.validation import Metric
 
 if TYPE_CHECKING:
@@ -42,11 +43,14 @@ def force_metrics(case: Case, measured: Curve) -> tuple[list[Metric], pd.DataFra
     measured, model = measured.until(limit), model.until(limit)
     prominence = least_prominence(measured, P0, case.scene.compare.prominence)
 
+    def extremes_of(curve: Curve) -> pd.DataFrame:
+        return find_extremes(curve, prominence, rebound_mm=REBOUND_DEPTHS * depth)
+
     def values(one: "History") -> Mapping[str, Quantity]:
         curve = curve_of(one).until(limit)
-        return force_quantities(curve, find_extremes(curve, prominence), depth)
+        return force_quantities(curve, extremes_of(curve), depth, limit_mm=limit)
 
-    extremes = {"experiment": find_extremes(measured, prominence), "model": find_extremes(model, prominence)}
+    extremes = {"experiment": extremes_of(measured), "model": extremes_of(model)}
     metrics = join_scalars(
         case,
         force_quantities(measured, extremes["experiment"], depth),

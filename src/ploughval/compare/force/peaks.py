@@ -1,6 +1,5 @@
-"""Peaks and troughs of a force history, and the scalars that describe it."""
+"""Peaks and troughs of a force history."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +9,17 @@ from scipy.signal import find_peaks
 
 from ploughval.compare.force.corner import find_corner
 from ploughval.compare.force.curve import Curve
+from ploughval.compare.force.rounded import round_extreme
 
 Floats = NDArray[np.float64]
 PEAK_COLUMNS = (
-    "kind", "u_mm", "u_std_mm", "force_N", "force_std_N", "prominence_N", "drop_N", "spacing_mm",
+    "kind", "u_mm", "u_std_mm", "force_N", "force_std_N", "prominence_N",
+    "drop_N", "drop_std_N", "spacing_mm", "spacing_std_mm",
 )  # fmt: skip
 _PROMINENCE_P0 = 0.1
 _PROMINENCE_NOISE = 6.0
-_FIRST_PEAK_DEPTHS = 0.5  # a peak later than this is no initial peak
+_PROMINENCE_RIPPLE = 2.5
+_RIPPLES = 30  # local peaks from which on most of them are no bands'
 
 
 class Quantity(NamedTuple):
@@ -31,12 +33,19 @@ MISSING = Quantity(float("nan"), float("nan"))
 
 
 def least_prominence(curve: Curve, P0_N: float, setting_P0: float | None) -> float:
-    """Prominence (N) that a peak needs: the setting or a tenth of P0, and at least 6 times the noise."""
+    """Prominence (N) that a peak needs to be one.
+
+    The setting or a tenth of P0, at least 6 times the noise, and at least 2.5 times the ripple of stick
+    and slip: what 80 % of all the local peaks of the curve stay below, where there are enough of them.
+    """
     floor = _PROMINENCE_NOISE * float(np.median(curve.noise_std_N))
+    ripples = find_peaks(curve.force_N, prominence=0.0)[1]["prominences"]
+    if ripples.size >= _RIPPLES:
+        floor = max(floor, _PROMINENCE_RIPPLE * float(np.percentile(ripples, 80)))
     return max((setting_P0 if setting_P0 is not None else _PROMINENCE_P0) * P0_N, floor)
 
 
-def find_extremes(curve: Curve, prominence_N: float) -> pd.DataFrame:
+def find_extremes(curve: Curve, prominence_N: float, *, rebound_mm: float = 0.0) -> pd.DataFrame:
     """Peaks of a prominence, and the lowest point after each.
 
     Parameters
@@ -45,38 +54,73 @@ def find_extremes(curve: Curve, prominence_N: float) -> pd.DataFrame:
         Taken to rise from zero force at its start, so that a fall from the first point on follows a peak.
     prominence_N : float
         Least fall to either side of a peak, N.
+    rebound_mm : float
+        A lower peak within this travel after another one, from which the force falls further than before, is
+        a rebound in the fall and no peak of its own, mm.
 
     Returns
     -------
     DataFrame
-        PEAK_COLUMNS, in order of travel. ``drop_N`` is the fall from a peak to its trough, ``spacing_mm``
-        the travel to the next extreme of the same kind (NaN for the last). A trough at the very end of the
-        curve is not one: the force may fall further.
+        PEAK_COLUMNS, in order of travel. ``drop_N`` is the fall from a peak to its trough (what both share
+        cancels in its uncertainty), ``spacing_mm`` the travel to the next extreme of the same kind (NaN for
+        the last). A trough at the very end of the curve is not one: the force may fall further.
     """
     force = curve.force_N
     found, properties = find_peaks(np.concatenate([[0.0], force]), prominence=prominence_N)
     tops = found - 1
-    ends = np.append(tops[1:], force.size - 1)[: len(tops)]
-    spans = zip(tops, ends, strict=True)
-    lows = np.array([a + int(np.argmin(force[a : b + 1])) for a, b in spans], dtype=int)
+    kept = _without_rebounds(curve, tops, rebound_mm)
+    tops, prominences = tops[kept], properties["prominences"][kept]
+    lows = _lows(force, tops)
     inner = lows < force.size - 1
-    parts = []
-    for kind, places in (("peak", tops), ("trough", lows[inner])):
-        found_here = [
-            _extreme(curve, k, 1 if kind == "peak" else -1, np.concatenate([tops, lows])) for k in places
-        ]
-        part = pd.DataFrame(
-            found_here, columns=["u_mm", "u_std_mm", "force_N", "force_std_N"], dtype=np.float64
-        )
-        part["kind"] = kind
-        part["prominence_N"] = properties["prominences"] if kind == "peak" else np.nan
-        part["spacing_mm"] = np.append(np.diff(part["u_mm"]), np.nan)[: len(part)]
-        parts.append(part)
-    height = np.concatenate([parts[1]["force_N"], force[lows[~inner]]])
-    parts[0]["drop_N"] = parts[0]["force_N"].to_numpy() - height
-    parts[1]["drop_N"] = np.nan
-    table = pd.concat(parts, ignore_index=True)
-    return table.sort_values("u_mm", kind="stable", ignore_index=True)[list(PEAK_COLUMNS)]
+    both = np.concatenate([tops, lows])
+    peaks = _table(curve, tops, both, "peak")
+    troughs = _table(curve, lows, both, "trough")
+    peaks["prominence_N"] = prominences
+    peaks["drop_N"] = peaks["force_N"] - troughs["force_N"]
+    fresh = [table["force_std_N"] ** 2 - table["shared_std_N"] ** 2 for table in (peaks, troughs)]
+    peaks["drop_std_N"] = np.sqrt(np.maximum(fresh[0] + fresh[1], 0.0))
+    troughs = troughs[inner]
+    for table in (peaks, troughs):
+        u, std = table["u_mm"].to_numpy(), table["u_std_mm"].to_numpy()
+        table["spacing_mm"] = np.append(np.diff(u), np.nan)[: len(table)]
+        table["spacing_std_mm"] = np.append(np.hypot(std[1:], std[:-1]), np.nan)[: len(table)]
+    table = pd.concat([peaks, troughs], ignore_index=True).sort_values(
+        "u_mm", kind="stable", ignore_index=True
+    )
+    return table.reindex(columns=list(PEAK_COLUMNS))
+
+
+def _lows(force: Floats, tops: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The lowest point between each peak and the next, or the end."""
+    ends = np.append(tops[1:], force.size - 1)[: len(tops)]
+    return np.array(
+        [a + int(np.argmin(force[a : b + 1])) for a, b in zip(tops, ends, strict=True)], dtype=np.intp
+    )
+
+
+def _without_rebounds(curve: Curve, tops: NDArray[np.intp], rebound_mm: float) -> NDArray[np.intp]:
+    """Places in ``tops`` of the peaks that are none of another one's fall."""
+    lows = _lows(curve.force_N, tops)
+    kept: list[int] = []
+    floor = np.inf
+    for j, (top, low) in enumerate(zip(tops, lows, strict=True)):
+        if kept:
+            before = tops[kept[-1]]
+            near = curve.u_mm[top] - curve.u_mm[before] <= rebound_mm
+            if near and curve.force_N[top] < curve.force_N[before] and curve.force_N[low] < floor:
+                floor = curve.force_N[low]
+                continue
+        kept.append(j)
+        floor = curve.force_N[low]
+    return np.array(kept, dtype=np.intp)
+
+
+def _table(curve: Curve, places: NDArray[np.intp], extremes: NDArray[np.intp], kind: str) -> pd.DataFrame:
+    """Rows of extremes of one kind, with the part of the force's uncertainty that is shared."""
+    sign = 1 if kind == "peak" else -1
+    rows = [(*_extreme(curve, int(k), sign, extremes), float(curve.shared_std_N[k])) for k in places]
+    names = ["u_mm", "u_std_mm", "force_N", "force_std_N", "shared_std_N"]
+    return pd.DataFrame(rows, columns=names, dtype=np.float64).assign(kind=kind)
 
 
 def _extreme(
@@ -91,8 +135,8 @@ def _extreme(
         if corner is not None:
             std = float(np.hypot(corner.force_std_N, curve.shared_std_N[k]))
             return corner.u_mm, corner.u_std_mm, corner.force_N, std
-    width = float(max(curve.step_mm, curve.u_mm[near[1]] - curve.u_mm[near[0]]))
-    return float(curve.u_mm[k]), width / float(np.sqrt(12.0)), float(curve.force_N[k]), float(curve.std_N[k])
+        return round_extreme(curve, near, k, (first, last))
+    return float(curve.u_mm[k]), 0.0, float(curve.force_N[k]), float(curve.std_N[k])
 
 
 def _near(curve: Curve, k: int, sign: int) -> tuple[int, int]:
@@ -105,65 +149,6 @@ def _near(curve: Curve, k: int, sign: int) -> tuple[int, int]:
     right = int(away[away > k].min(initial=force.size)) - 1
     near = left + np.flatnonzero(force[left : right + 1] >= limit)
     return int(near[0]), int(near[-1])
-
-
-def force_quantities(curve: Curve, extremes: pd.DataFrame, depth_mm: float) -> Mapping[str, Quantity]:
-    """Scalars of a force history: mean, work, first peak and trough, first switch, peaks.
-
-    Parameters
-    ----------
-    curve : Curve
-        Up to the travel that both sides have in common.
-    extremes : DataFrame
-        PEAK_COLUMNS, of the same curve.
-    depth_mm : float
-        Depth of the tip.
-    """
-    peaks = extremes[extremes["kind"] == "peak"]
-    initial = peaks["u_mm"].to_numpy() <= _FIRST_PEAK_DEPTHS * depth_mm
-    begins = bool(initial.any())
-    switches = peaks[~initial]
-    mean = _mean(curve)
-    count = len(peaks)
-    spacing = MISSING
-    if count > 1:
-        u, std = peaks["u_mm"].to_numpy(), peaks["u_std_mm"].to_numpy()
-        gaps = count - 1
-        spacing = Quantity(float(u[-1] - u[0]) / gaps, float(np.hypot(std[0], std[-1])) / gaps)
-    lows = extremes[(extremes["kind"] == "trough")]
-    return {
-        "force_mean_N": mean,
-        "work_mJ": Quantity(mean.value * curve.end_mm, mean.std * curve.end_mm),
-        "first_peak_N": _entry(peaks[initial], "force_N", "force_std_N") if begins else MISSING,
-        "first_trough_N": _entry(lows, "force_N", "force_std_N") if begins else MISSING,
-        "first_switch_u_mm": _entry(switches, "u_mm", "u_std_mm"),
-        "first_switch_N": _entry(switches, "force_N", "force_std_N"),
-        "first_switch_drop_N": _drop(curve, switches),
-        "peaks_count": Quantity(float(count), 0.0),
-        "peak_spacing_mm": spacing,
-    }
-
-
-def _entry(table: pd.DataFrame, value: str, std: str) -> Quantity:
-    return Quantity(float(table[value].iloc[0]), float(table[std].iloc[0])) if len(table) else MISSING
-
-
-def _drop(curve: Curve, switches: pd.DataFrame) -> Quantity:
-    """Fall after the first switch; what is common to both its ends cancels in the uncertainty."""
-    if len(switches) == 0:
-        return MISSING
-    drop = float(switches["drop_N"].iloc[0])
-    return Quantity(drop, float(np.sqrt(2) * np.median(curve.noise_std_N)))
-
-
-def _mean(curve: Curve) -> Quantity:
-    span = curve.end_mm - float(curve.u_mm[0])
-    if span <= 0:
-        return MISSING
-    value = float(np.trapezoid(curve.force_N, curve.u_mm)) / span
-    shared = float(np.trapezoid(curve.shared_std_N, curve.u_mm)) / span
-    noise = float(np.sqrt(np.mean(curve.noise_std_N**2) / curve.u_mm.size))
-    return Quantity(value, float(np.hypot(shared, noise)))
 
 
 def common_grid(first: Curve, second: Curve, limit_mm: float) -> Floats:
