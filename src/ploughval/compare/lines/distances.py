@@ -1,110 +1,156 @@
-"""Normal distance between measured tracer layers (or the free surface) and the model's lines."""
+"""Distances between measured tracer layers (or the free surface) and the model's lines, both ways."""
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ploughval.compare.lines.effective import effective_number
+from ploughval.compare.lines.lines import Key, Line, lengths
+from ploughval.compare.lines.nearest import nearest_on_line
+
 Floats = NDArray[np.float64]
 DISTANCE_COLUMNS = (
-    "frame", "u_mm", "layer", "source", "points", "beyond", "rms_mm", "median_mm", "p95_mm", "std_mm",
+    "frame", "u_mm", "layer", "source", "points", "beyond", "effective", "mean_mm", "mean_std_mm", "rms_mm",
+    "median_mm", "p95_mm", "std_mm", "calibration_std_mm", "input_std_mm", "validation_std_mm", "within",
+    "face_points", "face_rms_mm", "reverse_p95_mm", "hausdorff95_mm", "extra_mm", "missing_mm",
 )  # fmt: skip
-_MOST_POINTS = 300  # of one line in one frame; more (dyed layers: one a pixel) are thinned evenly
+FACE_DEPTHS = 0.25  # so far ahead of the face sand may be sheared along it
+_COVERAGE = 2.0
 
 
-@dataclass(frozen=True, slots=True)
-class Distances:
-    """Distances of many lines: a row a frame and layer, and all points together."""
+@dataclass(frozen=True, slots=True, eq=False)
+class LineDistance:
+    """A measured line against the model's.
 
-    table: pd.DataFrame
+    Attributes
+    ----------
+    line : Line
+        What was measured.
+    distance_mm : (N,) float
+        Of its points along the model's normal, positive where the measured point lies above; NaN beyond the
+        model's outermost ends.
+    reverse_mm : (R,) float
+        Of the model's points from the measured line, without sign.
+    extra_mm, missing_mm : float
+        Length of measured line past the model's torn ends, and of the model's past the measured ones: the
+        other side has no piece there.
+    """
+
+    line: Line
     distance_mm: Floats
-    std_mm: Floats
+    reverse_mm: Floats
+    extra_mm: float
+    missing_mm: float
 
 
-def polyline_distance(points_mm: Floats, line_mm: Floats) -> Floats:
-    """Distance of points from a polyline, along its normal or to its nearest corner.
+def compare_line(line: Line, model_mm: Floats) -> LineDistance:
+    """Set a measured line against the model's.
 
     Parameters
     ----------
-    points_mm : (N, 2) float
-        All finite.
-    line_mm : (M, 2) float
-        Rows of NaN tear the line: no segment spans them.
+    line : Line
+        What was measured.
+    model_mm : (M, 2) float
+        The model's line in order, rows of NaN where it is torn.
 
     Returns
     -------
-    (N,) float, mm
-        NaN for points whose nearest place lies beyond the line's outermost ends, where there is no normal,
-        and everywhere where the line has no segment.
+    LineDistance
+        Lengths past a torn end count where a point lies further past it than the points are apart.
     """
-    start, end = _segments(line_mm)
-    if not len(start):
-        return np.full(len(points_mm), np.nan)
-    along = end - start
-    length2 = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    offset = points_mm[:, None, :] - start
-    part = np.einsum("nmk,mk->nm", offset, along) / length2
-    gap = offset - np.clip(part, 0.0, 1.0)[:, :, None] * along
-    squared = np.einsum("nmk,nmk->nm", gap, gap)
-    nearest = squared.argmin(axis=1)
-    rows = np.arange(len(points_mm))
-    distance: Floats = np.sqrt(squared[rows, nearest])
-    share = part[rows, nearest]
-    slack = 1e-9
-    beyond = ((nearest == 0) & (share < -slack)) | ((nearest == len(start) - 1) & (share > 1 + slack))
-    distance[beyond] = np.nan
-    return distance
+    there = nearest_on_line(line.points_mm, model_mm)
+    finite = np.isfinite(model_mm).all(axis=1)
+    spacing = max(_spacing(line.whole_mm), _spacing(model_mm))
+    back = nearest_on_line(model_mm[finite], line.whole_mm)
+    length = lengths(model_mm)[finite]
+    return LineDistance(
+        line,
+        np.where(there.beyond, np.nan, there.distance_mm),
+        np.abs(back.distance_mm[~back.beyond]),
+        float(line.length_mm[there.past_tear_mm > spacing].sum()),
+        float(length[back.past_tear_mm > spacing].sum()),
+    )
 
 
-def _segments(line_mm: Floats) -> tuple[Floats, Floats]:
-    """Starts and ends of the segments between neighbours; a vertex alone between tears is one too."""
-    known: NDArray[np.bool_] = np.asarray(np.isfinite(line_mm).all(axis=1))
-    joined = known[:-1] & known[1:]
-    alone = known & ~np.append(joined, False) & ~np.append(False, joined)
-    first = np.flatnonzero(np.append(joined, False) | alone)
-    return line_mm[first], line_mm[np.where(alone[first], first, first + 1)]
+def compare_lines(lines: Sequence[Line], model: Mapping[Key, Floats]) -> list[LineDistance]:
+    """Set measured lines against the model's of the same frame and layer; those without one are left out."""
+    return [compare_line(line, model[line.key]) for line in lines if line.key in model]
 
 
-def line_distances(measured: pd.DataFrame, model: pd.DataFrame) -> Distances:
-    """Distances of measured lines from the model's, frame by frame and layer by layer.
+@dataclass(frozen=True, slots=True, eq=False)
+class PointStds:
+    """Standard uncertainties of the points of one line, (N,) mm each: what makes a difference credible."""
+
+    own: Floats
+    calibration: Floats
+    inputs: Floats
+    numerical: Floats
+
+    @property
+    def validation(self) -> Floats:
+        """Of the difference at each point."""
+        return np.asarray(
+            np.sqrt(self.own**2 + self.calibration**2 + self.inputs**2 + self.numerical**2), dtype=np.float64
+        )
+
+
+def distance_table(
+    found: Sequence[LineDistance], stds: Callable[[int], PointStds], depth_mm: float
+) -> pd.DataFrame:
+    """Summary of the distances, a row a frame and layer.
 
     Parameters
     ----------
-    measured : DataFrame
-        LAYER_COLUMNS; of a layer that both tracks and dye show in a frame the tracks are taken.
-    model : DataFrame
-        LAYER_COLUMNS for the same frames.
+    found : sequence of LineDistance
+        In the order of the rows.
+    stds : callable
+        Uncertainties of the points of a line, by its number.
+    depth_mm : float
+        Depth of the tip: it scales the zone beside the face.
+
+    Returns
+    -------
+    DataFrame
+        DISTANCE_COLUMNS. ``points`` with a distance, ``beyond`` without; ``effective`` independent points;
+        ``mean_mm`` signed (positive: measured above predicted) with its standard uncertainty; rms, median and
+        95 % of the size; root mean squares of the parts of a point's uncertainty; ``within``: share of the
+        points within two of it; ``face_...``: within FACE_DEPTHS of the face; ``reverse_p95_mm``: 95 % of
+        the model's points lie nearer to the measured line; ``hausdorff95_mm``: the larger of both ways.
     """
-    lines = {key: part for key, part in model.groupby([model["frame"], model["layer"].round(6)], sort=False)}
-    rows, all_distances, all_stds = [], [], []
-    for (frame, layer), part in measured.groupby([measured["frame"], measured["layer"].round(6)], sort=True):
-        tracked = part[part["source"] == "tracks"]
-        known = tracked[["x_mm", "y_mm"]].notna().all(axis=1).any()
-        used = tracked if known else part[part["source"] != "tracks"]
-        points = used[["x_mm", "y_mm", "std_mm"]].to_numpy(dtype=np.float64)
-        points = points[np.isfinite(points[:, :2]).all(axis=1)]
-        line = lines.get((frame, layer))
-        if not len(points) or line is None:
-            continue
-        if len(points) > _MOST_POINTS:
-            points = points[np.linspace(0, len(points) - 1, _MOST_POINTS).round().astype(int)]
-        distance = polyline_distance(points[:, :2], line[["x_mm", "y_mm"]].to_numpy(dtype=np.float64))
-        met = np.isfinite(distance)
-        d, std = distance[met], points[met, 2]
-        u = float(used["u_mm"].iloc[0])
+    rows = []
+    for k, one in enumerate(found):
+        met = np.isfinite(one.distance_mm)
+        d, parts, line = one.distance_mm[met], stds(k), one.line
+        deviation = parts.validation[met]
+        count = effective_number(d)
+        shared = [rms(part[met]) for part in (parts.calibration, parts.inputs, parts.numerical)]
+        own = rms(parts.own[met])
+        face = beside_face(one, depth_mm)[met]
+        p95, reverse = _percentile(d, 95), _percentile(one.reverse_mm, 95)
         rows.append(
-            (frame, u, layer, used["source"].iloc[0], d.size, int((~met).sum()), *_summary(d), rms(std))
-        )
-        all_distances.append(d)
-        all_stds.append(std)
-    table = pd.DataFrame(rows, columns=list(DISTANCE_COLUMNS))
-    return Distances(table, _joined(all_distances), _joined(all_stds))
+            (
+                line.key[0], line.u_mm, line.key[1], line.source, d.size, int((~met).sum()), count,
+                _mean(d), float(np.sqrt(own**2 / max(count, 1.0) + np.sum(np.square(shared)))), rms(d),
+                _percentile(d, 50), p95, own, shared[0], shared[1], rms(deviation),
+                _mean(within(d, deviation)), int(face.sum()), rms(d[face]), reverse,
+                float(np.fmax(p95, reverse)), one.extra_mm, one.missing_mm,
+            )
+        )  # fmt: skip
+    return pd.DataFrame(rows, columns=list(DISTANCE_COLUMNS))
 
 
-def surface_as_layer(surface: pd.DataFrame) -> pd.DataFrame:
-    """The measured free surface as one layer (height NaN-free: 0), so that it is compared like the others."""
-    return surface.assign(layer=0.0, source="tracks", std_mm=np.nan)
+def beside_face(one: LineDistance, depth_mm: float) -> NDArray[np.bool_]:
+    """Which points lie in the zone beside the blade, (N,)."""
+    return np.asarray(one.line.points_mm[:, 0] - one.line.u_mm <= FACE_DEPTHS * depth_mm)
+
+
+def within(distance_mm: Floats, deviation_mm: Floats) -> Floats:
+    """1 where a distance is within twice its standard uncertainty, 0 where not, NaN where that is unknown."""
+    inside = np.abs(distance_mm) <= _COVERAGE * deviation_mm
+    return np.where(np.isfinite(distance_mm) & np.isfinite(deviation_mm), inside, np.nan)
 
 
 def rms(values: Floats) -> float:
@@ -113,11 +159,17 @@ def rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
-def _summary(distance: Floats) -> tuple[float, float, float]:
-    if distance.size == 0:
-        return (float("nan"),) * 3
-    return rms(distance), float(np.median(distance)), float(np.percentile(distance, 95))
+def _mean(values: Floats) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else float("nan")
 
 
-def _joined(parts: list[Floats]) -> Floats:
-    return np.concatenate(parts) if parts else np.empty(0)
+def _percentile(values: Floats, share: float) -> float:
+    """Of the size of the values; NaN without any."""
+    return float(np.percentile(np.abs(values), share)) if values.size else float("nan")
+
+
+def _spacing(line_mm: Floats) -> float:
+    step = np.hypot(*np.diff(line_mm, axis=0).T)
+    step = step[np.isfinite(step)]
+    return float(np.median(step)) if step.size else 0.0

@@ -1,6 +1,6 @@
-"""Metrics of tracer layers and free surface: normal distances of measured points from predicted lines."""
+"""Metrics of tracer layers and free surface: distances of measured from predicted lines, both ways."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,21 +8,25 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.compare.case import Case
-from ploughval.compare.lines.distances import Distances, line_distances, rms, surface_as_layer
+from ploughval.compare.ensemble import Spread
+from ploughval.compare.lines.distances import (
+    FACE_DEPTHS,
+    LineDistance,
+    PointStds,
+    beside_face,
+    compare_lines,
+    distance_table,
+    rms,
+    within,
+)
+from ploughval.compare.lines.lines import Key, measured_lines, model_lines
+from ploughval.compare.lines.spread import Predicted, input_spread
 from ploughval.compare.validation import NAN, Metric, distance
 
 if TYPE_CHECKING:
     from ploughval.model import History
 
 Floats = NDArray[np.float64]
-_STAGES = 5  # frames at which the inputs' effect on the lines is read
-
-
-def _frames(table: pd.DataFrame, end_mm: float) -> tuple[pd.DataFrame, NDArray[np.int64], Floats]:
-    """Rows of a measured table that the model's travel covers, its frames and their travel."""
-    inside = table[(table["u_mm"] >= 0) & (table["u_mm"] <= end_mm)]
-    stages = inside.drop_duplicates("frame").sort_values("frame", kind="stable")
-    return inside, stages["frame"].to_numpy(dtype=np.int64), stages["u_mm"].to_numpy(dtype=np.float64)
 
 
 def layer_metrics(case: Case, measured: pd.DataFrame) -> tuple[list[Metric], pd.DataFrame | None]:
@@ -33,7 +37,7 @@ def layer_metrics(case: Case, measured: pd.DataFrame) -> tuple[list[Metric], pd.
     case : Case
         The model's side.
     measured : DataFrame
-        LAYER_COLUMNS.
+        LAYER_COLUMNS, with ``calibration_std_mm`` where that is known.
 
     Returns
     -------
@@ -41,67 +45,169 @@ def layer_metrics(case: Case, measured: pd.DataFrame) -> tuple[list[Metric], pd.
     table : DataFrame or None
         DISTANCE_COLUMNS, a row a frame and layer; None without a frame that the model reaches.
     """
-    history = case.history
-    inside, frames, u = _frames(measured, float(history.force["u_mm"].iloc[-1]))
-    if not len(frames):
+    inside, travel = _reached(measured, float(case.history.force["u_mm"].iloc[-1]))
+    if not travel:
         return [], None
     heights = tuple(float(h) for h in sorted(inside["layer"].dropna().unique()))
-    found = line_distances(inside, history.layers(heights, u, frames))
 
-    def lines(one: "History", picked: NDArray[np.int64]) -> pd.DataFrame:
-        return pd.DataFrame(one.layers(heights, u[picked], frames[picked]))
+    def lines(one: "History", frames: Sequence[int]) -> Mapping[Key, Floats]:
+        u = np.array([travel[frame] for frame in frames])
+        return model_lines(one.layers(heights, u, np.array(frames, dtype=np.int64)))
 
-    return _line_metrics(case, "layers", found, len(frames), lines), found.table
+    pool = _Pool(case, inside, travel, lines)
+    return pool.metrics("layers", torn=True), pool.table
 
 
 def surface_metrics(case: Case, measured: pd.DataFrame) -> list[Metric]:
-    """Compare the measured (SURFACE_COLUMNS) with the predicted free surface."""
-    inside, frames, u = _frames(measured, float(case.history.force["u_mm"].iloc[-1]))
-    if not len(frames):
+    """Compare the measured (SURFACE_COLUMNS, ``std_mm`` where known) with the predicted free surface."""
+    inside, travel = _reached(measured, float(case.history.force["u_mm"].iloc[-1]))
+    if not travel:
         return []
-    inside = surface_as_layer(inside)
+    std = inside.get("std_mm", NAN)
 
-    def lines(one: "History", picked: NDArray[np.int64]) -> pd.DataFrame:
-        parts = []
+    def lines(one: "History", frames: Sequence[int]) -> Mapping[Key, Floats]:
         end = float(one.force["u_mm"].iloc[-1])
-        for k in picked[u[picked] <= end]:
-            line = np.asarray(one.surface(float(u[k])), dtype=np.float64)
-            parts.append(
-                pd.DataFrame({"frame": frames[k], "u_mm": u[k], "x_mm": line[:, 0], "y_mm": line[:, 1]})
-            )
-        empty = pd.DataFrame(columns=["frame", "u_mm", "x_mm", "y_mm"], dtype=np.float64)
-        return surface_as_layer(pd.concat(parts, ignore_index=True) if parts else empty)
+        return {
+            (frame, 0.0): np.asarray(one.surface(travel[frame]), dtype=np.float64)
+            for frame in frames
+            if travel[frame] <= end
+        }
 
-    found = line_distances(inside, lines(case.history, np.arange(len(frames))))
-    return _line_metrics(case, "surface", found, len(frames), lines)
+    return _Pool(case, inside.assign(layer=0.0, source="tracks", std_mm=std), travel, lines).metrics(
+        "surface", torn=False
+    )
 
 
-def _line_metrics(
-    case: Case,
-    name: str,
-    found: Distances,
-    count: int,
-    lines: Callable[["History", NDArray[np.int64]], pd.DataFrame],
-) -> list[Metric]:
-    """rms, median and 95 % of all points' distances, with what measurement and inputs explain of them."""
-    d = found.distance_mm
-    if d.size == 0:
-        return []
-    picked = np.unique(np.linspace(0, count - 1, min(_STAGES, count)).round().astype(np.int64))
+def _reached(table: pd.DataFrame, end_mm: float) -> tuple[pd.DataFrame, dict[int, float]]:
+    """Rows of a measured table that the model's travel covers, and the travel of its frames."""
+    inside = table[(table["u_mm"] >= 0) & (table["u_mm"] <= end_mm)]
+    stages = inside.drop_duplicates("frame").sort_values("frame", kind="stable")
+    pairs = zip(stages["frame"].astype(int), stages["u_mm"].astype(float), strict=True)
+    return inside, dict(pairs)
 
-    stated = lines(case.ensemble.centre, picked)
-    drawn = [rms(line_distances(lines(one, picked), stated).distance_mm) for one in case.ensemble]
-    beyond = int(found.table["beyond"].sum())
-    note = f"normal distance of {d.size} points in {count} frames; {beyond} beyond the model's lines left out"
-    values = (("rms", rms(d)), ("median", float(np.median(d))), ("p95", float(np.percentile(d, 95))))
-    return [
-        distance(
-            f"{name}_{kind}_mm",
-            value,
-            experiment_std=rms(found.std_mm) if kind == "rms" else NAN,
-            numerical_std=case.scene.model.tolerance * case.depth_mm if kind == "rms" else NAN,
-            input_std=rms(np.array(drawn)) if drawn else 0.0,
+
+class _Pool:
+    """All points of all lines of a test with their distances and uncertainties."""
+
+    def __init__(
+        self, case: Case, measured: pd.DataFrame, travel: Mapping[int, float], predicted: Predicted
+    ) -> None:
+        self.depth_mm = case.depth_mm
+        self.numerical_mm = case.scene.model.tolerance * case.depth_mm
+        self.frames = len(travel)
+        model = predicted(case.history, sorted(travel))
+        self.found: list[LineDistance] = compare_lines(list(measured_lines(measured)), model)
+        inputs, self.mean_spread = self._inputs(case, predicted)
+        self.stds = [self._stds(one, std) for one, std in zip(self.found, inputs, strict=True)]
+        self.table = distance_table(self.found, self.stds.__getitem__, self.depth_mm)
+
+    def _inputs(self, case: Case, predicted: Predicted) -> tuple[list[Floats], Spread]:
+        return input_spread(case, [one.line for one in self.found], predicted)
+
+    def _stds(self, one: LineDistance, inputs: Floats) -> PointStds:
+        line = one.line
+        numerical = np.full(len(line.points_mm), self.numerical_mm)
+        return PointStds(line.std_mm, line.calibration_std_mm, inputs, numerical)
+
+    def metrics(self, name: str, *, torn: bool) -> list[Metric]:
+        """Pooled metrics; with ``torn`` also of the zone beside the face and of what has no partner."""
+        d = _joined([one.distance_mm for one in self.found])
+        met = np.isfinite(d)
+        if not met.any():
+            return []
+        u = _joined([std.validation for std in self.stds])
+        share = within(d, u)[met]
+        beyond = int((~met).sum())
+        note = f"normal distance of {int(met.sum())} points in {self.frames} frames"
+        note += f"; {beyond} beyond the model's lines left out" if beyond else ""
+        if np.isfinite(share).any():
+            note += f"; {100 * float(np.nanmean(share)):.0f} % within twice their own uncertainty"
+        size = np.abs(d[met])
+        found = [self._mean(name), self._rms(f"{name}_rms_mm", met, note)]
+        both = float(np.fmax(np.percentile(size, 95), self._reverse()))
+        for kind, value, said in (
+            ("median", float(np.median(size)), note),
+            ("p95", float(np.percentile(size, 95)), note),
+            ("hausdorff95", both, "95 % of the points of either side lie nearer to the other's line"),
+        ):
+            found.append(_unjudged(f"{name}_{kind}_mm", value, said))
+        return found + (self._zones(name, met) + self._lengths(name) if torn else [])
+
+    def _mean(self, name: str) -> Metric:
+        """Mean signed distance, model above measured; what is shared by all points does not average out."""
+        table = self.table[self.table["points"] > 0]
+        weight = table["points"].to_numpy(dtype=np.float64)
+        own = table["std_mm"].to_numpy(float) / np.sqrt(table["effective"].to_numpy(float))
+        # The frames of a layer share its points' errors; the layers have errors of their own.
+        parts = [float(np.sum((weight * own)[rows])) for rows in _rows_of(table["layer"])]
+        fresh = float(np.linalg.norm(parts)) / weight.sum()
+        shared = float(np.average(table["calibration_std_mm"].to_numpy(float), weights=weight))
+        effective = float(table["effective"].sum())
+        return distance(
+            f"{name}_mean_mm",
+            -float(np.average(table["mean_mm"].to_numpy(float), weights=weight)),
+            experiment_std=float(np.hypot(fresh, shared)),
+            numerical_std=self.numerical_mm,
+            input_std=self.mean_spread.std,
+            dominant_input=self.mean_spread.dominant,
+            note=f"along the normal, positive: the model's lines lie above; {effective:.0f} independent "
+            f"points of {weight.sum():.0f}{self.mean_spread.remark}",
+        )
+
+    def _rms(self, metric: str, chosen: NDArray[np.bool_], note: str) -> Metric:
+        d = _joined([one.distance_mm for one in self.found])[chosen]
+        measured = [np.hypot(std.own, std.calibration) for std in self.stds]
+        return distance(
+            metric,
+            rms(d),
+            experiment_std=_whole_rms(_joined(measured)[chosen]),
+            numerical_std=self.numerical_mm,
+            input_std=_whole_rms(_joined([std.inputs for std in self.stds])[chosen]),
+            dominant_input=self.mean_spread.dominant,
             note=note,
         )
-        for kind, value in values
-    ]
+
+    def _zones(self, name: str, met: NDArray[np.bool_]) -> list[Metric]:
+        face = _joined([beside_face(one, self.depth_mm) for one in self.found]).astype(bool)
+        places = (
+            ("face", met & face, f"within {FACE_DEPTHS:g} d of the blade's face"),
+            ("away", met & ~face, f"further than {FACE_DEPTHS:g} d from the blade's face"),
+        )
+        return [
+            self._rms(f"{name}_{zone}_rms_mm", chosen, f"{int(chosen.sum())} points {said}")
+            for zone, chosen, said in places
+            if chosen.any()
+        ]
+
+    def _lengths(self, name: str) -> list[Metric]:
+        frames = max(int(self.table["frame"].nunique()), 1)
+        return [
+            _unjudged(f"{name}_{kind}_mm", float(self.table[f"{kind}_mm"].sum()) / frames, said)
+            for kind, said in (
+                ("extra", "length of measured line a frame past the model's torn ends"),
+                ("missing", "length of the model's line a frame past the measured torn ends"),
+            )
+        ]
+
+    def _reverse(self) -> float:
+        reverse = _joined([one.reverse_mm for one in self.found])
+        return float(np.percentile(reverse, 95)) if reverse.size else NAN
+
+
+def _unjudged(metric: str, value: float, note: str) -> Metric:
+    """A size for which no uncertainty says how large it may be."""
+    return distance(metric, value, experiment_std=NAN, numerical_std=NAN, input_std=NAN, note=note)
+
+
+def _whole_rms(values: Floats) -> float:
+    """Root mean square; NaN where any value is unknown."""
+    return rms(values) if np.isfinite(values).all() else NAN
+
+
+def _rows_of(layer: pd.Series) -> list[NDArray[np.int64]]:
+    values = layer.to_numpy(dtype=np.float64)
+    return [np.flatnonzero(values == one) for one in np.unique(values)]
+
+
+def _joined(parts: Sequence[NDArray[np.generic]]) -> Floats:
+    return np.concatenate([np.asarray(part, dtype=np.float64) for part in parts]) if parts else np.empty(0)
