@@ -1,4 +1,4 @@
-"""Intervals by profile likelihood, with rows that miss the model together counted as fewer."""
+"""Intervals by profile likelihood."""
 
 from dataclasses import dataclass
 
@@ -15,55 +15,6 @@ LEVELS = (0.68, 0.95)
 POINTS = 9  # of a profile on either side, at most
 WIDTH = 0.1  # degrees, of differences
 SEARCH = 12  # evaluations of a search on a profile
-ROWS_TOLD = 2.5  # standard deviations: rows are taken as independent while their correlation stays below
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Misfit:
-    """How the rows of the best fit miss the record.
-
-    Attributes
-    ----------
-    chi2 : float
-        Mean square of the residuals over their stated variance, per degree of freedom.
-    rows_together : float
-        Rows that miss the record together: the integrated autocorrelation of the residuals.
-    independent : float
-        Rows that count: all of them over ``rows_together``.
-    inflation : float
-        Factor on the noise of a row that makes independent rows tell as much as these do.
-    """
-
-    chi2: float
-    rows_together: float
-    independent: float
-    inflation: float
-
-
-def misfit_of(residuals: Floats, unknowns: int) -> Misfit:
-    """Misfit of standardised residuals in the order of travel (docs/theory-fit.md, Eq. 5)."""
-    count = len(residuals)
-    freedom = max(count - unknowns, 1)
-    chi2 = float(np.sum(residuals**2)) / freedom
-    together = _rows_together(residuals)
-    first = float(np.sum(residuals[1:] * residuals[:-1]) / max(np.sum(residuals**2), 1e-300))
-    alone = abs(first) < ROWS_TOLD / np.sqrt(count) and chi2 < 1.0 + ROWS_TOLD * np.sqrt(2.0 / freedom)
-    if alone:
-        return Misfit(chi2, 1.0, float(count), 1.0)
-    independent = max(count / together, unknowns + 2.0)
-    return Misfit(chi2, together, independent, float(np.sqrt(max(1.0, chi2 * count / independent))))
-
-
-def _rows_together(residuals: Floats) -> float:
-    """Integrated autocorrelation by Geyer's initial positive sequence (1992, section 3.3)."""
-    count = len(residuals)
-    size = 1 << (2 * count - 1).bit_length()
-    spectrum = np.abs(np.fft.rfft(residuals, size)) ** 2
-    correlation = np.fft.irfft(spectrum, size)[:count]
-    correlation /= max(correlation[0], 1e-300)
-    pairs = correlation[0 : 2 * (count // 2) : 2] + correlation[1 : 2 * (count // 2) : 2]
-    end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
-    return max(1.0, 2.0 * float(np.sum(pairs[:end])) - 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

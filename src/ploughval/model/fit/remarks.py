@@ -3,7 +3,7 @@
 import numpy as np
 
 from ploughval.model.fit.information import Information
-from ploughval.model.fit.objective import Objective
+from ploughval.model.fit.objective import Discrepancy, Objective
 from ploughval.model.fit.result import SoilFit
 
 ALIKE = 0.98  # parameters more correlated than this cannot be told apart
@@ -11,7 +11,9 @@ FAR = 2.5  # standard uncertainties: what was known beforehand does not fit the 
 WIDE = 0.5  # of the range searched: an interval that long determines nothing
 
 
-def remarks_on(found: SoilFit, objective: Objective, told: Information, flat: bool) -> tuple[str, ...]:
+def remarks_on(
+    found: SoilFit, objective: Objective, information: Information, *, flat: bool, allowed: Discrepancy
+) -> tuple[str, ...]:
     """Remarks on a fit: undetermined parameters and why, misfit, stretched teeth, pulled knowledge."""
     remarks = []
     if flat:
@@ -24,7 +26,7 @@ def remarks_on(found: SoilFit, objective: Objective, told: Information, flat: bo
         remarks.extend(_open(found, objective, k))
     for k, name in enumerate(found.parameters):
         for j in range(k):
-            if abs(told.correlation[j, k]) > ALIKE:
+            if abs(information.correlation[j, k]) > ALIKE:
                 remarks.append(f"{found.parameters[j]} and {name} cannot be told apart")
     if found.misfit.inflation > 1.5:
         remarks.append(
@@ -32,11 +34,16 @@ def remarks_on(found: SoilFit, objective: Objective, told: Information, flat: bo
             f"{found.misfit.rows_together:.0f} rows at a time: {found.misfit.independent:.0f} of "
             f"{found.points} rows count as independent"
         )
-    stretch = found.switches["stretch"].abs().max() if len(found.switches) else 0.0
-    if stretch > 2.0 * max(found.discrepancy.travel, 0.01):
+    seen, told = found.discrepancy, allowed
+    if seen.travel > told.travel:
         remarks.append(
-            f"teeth of the record are up to {100 * stretch:.0f} % longer or shorter than the model's; "
-            f"{100 * found.discrepancy.travel:.0f} % was allowed for"
+            f"the record's teeth differ in length by {100 * seen.travel:.0f} % from the model's "
+            f"({100 * told.travel:.0f} % were allowed for): their places tell little on the soil"
+        )
+    if seen.force > told.force:
+        remarks.append(
+            f"the record's force is bent by {100 * seen.force:.1f} % against the model's "
+            f"({100 * told.force:.1f} % were allowed for)"
         )
     remarks.extend(
         f"{shift.name} is pulled {abs(shift.shift / shift.std):.1f} standard uncertainties from what was told"

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ploughval.model.fit.intervals import Misfit
 from ploughval.model.fit.objective import Discrepancy
+from ploughval.model.fit.weights import Misfit
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class SoilFit:
     misfit : Misfit
         How rows miss the model.
     discrepancy : Discrepancy
-        Of the model, that was allowed for.
+        Of the model: what was allowed for, or more where the record asks for it.
     residual_rms_N : float
         Rms of measured minus modelled force, registered.
     points : int

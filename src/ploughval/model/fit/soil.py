@@ -11,9 +11,7 @@ from ploughval.model.fit.information import Information, information
 from ploughval.model.fit.intervals import (
     PROFILE_TOLERANCE,
     WIDTH,
-    Misfit,
     Profile,
-    misfit_of,
     profile,
     quantiles,
 )
@@ -31,6 +29,7 @@ from ploughval.model.fit.result import (
 from ploughval.model.fit.sampler import sample
 from ploughval.model.fit.search import best_unknowns, local_search
 from ploughval.model.fit.variables import PARAMETERS, Space, in_units, space_of
+from ploughval.model.fit.weights import Misfit, loosened, misfit_of
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -101,6 +100,10 @@ def fit_soil(
     )
     objective = Objective(space, record, shared, discrepancy or Discrepancy(), PROFILE_TOLERANCE)
     best, _ = best_unknowns(objective)
+    looser = loosened(objective, best)
+    if looser is not objective:
+        objective = looser
+        best = local_search(objective, best, WIDTH)
     misfit = _misfit(objective, best)
     if misfit.inflation > 1.0:
         objective = objective.inflated(misfit.inflation)
@@ -118,7 +121,8 @@ def fit_soil(
     fine = local_search(objective.at(tolerance=FINE_TOLERANCE), best, WIDTH, limit=8)
     found = _result(objective, (best, fine), told, profiles, misfit)
     found = _without_length(found) if flat else found
-    found = replace(found, remarks=remarks_on(found, objective, told, flat))
+    allowed = discrepancy or Discrepancy()
+    found = replace(found, remarks=remarks_on(found, objective, told, flat=flat, allowed=allowed))
     if not samples:
         return found
     return replace(found, posterior=sample(objective, best, told.std, steps=samples))
