@@ -269,30 +269,30 @@ def read_results(folder: Path | str) -> Results:
         No result file at all, or one that cannot be read: file, what was expected, what to do.
     """
     folder = _with_files(Path(folder))
-    run = _record(folder / "run.json", RunRecord) or RunRecord()
+    run = read_record(folder / "run.json", RunRecord) or RunRecord()
     return Results(
         folder=folder,
         run=run,
-        metrics=_record(folder / "metrics.json", MetricsRecord),
+        metrics=read_record(folder / "metrics.json", MetricsRecord),
         calibration=_calibration(folder / "calibration.json"),
-        force=_table(folder / "force.csv", FORCE_COLUMNS),
+        force=read_table(folder / "force.csv", FORCE_COLUMNS),
         tracks=_tracks(folder / "tracks.nc"),
-        layers=_table(folder / "layers.csv", LAYER_COLUMNS),
-        surface=_table(folder / "surface.csv", SURFACE_COLUMNS),
-        volume=_table(folder / "volume.csv", VOLUME_COLUMNS),
-        bands=_table(folder / "bands.csv", BAND_COLUMNS),
-        increments=_table(folder / "increments.csv", INCREMENT_COLUMNS),
-        budget=_table(folder / "budget.csv", BUDGET_COLUMNS),
-        cell_calibration=_table(folder / "cell_calibration.csv", RESULT_COLUMNS),
-        cell_models=_table(folder / "cell_models.csv", CHOICE_COLUMNS),
-        cell_quality=_table(folder / "cell_quality.csv", QUALITY_COLUMNS),
-        mobilised=_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
-        blade=_table(folder / "blade.csv", BLADE_COLUMNS),
-        peaks=_table(folder / "peaks.csv", PEAK_COLUMNS),
-        model_force=_horizontal(_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings),
-        model_layers=_table(folder / "model" / "layers.csv", LAYER_COLUMNS),
-        model_bands=_table(folder / "model" / "bands.csv", BAND_COLUMNS),
-        model_surface=_table(folder / "model" / "surface.csv", SURFACE_COLUMNS),
+        layers=read_table(folder / "layers.csv", LAYER_COLUMNS),
+        surface=read_table(folder / "surface.csv", SURFACE_COLUMNS),
+        volume=read_table(folder / "volume.csv", VOLUME_COLUMNS),
+        bands=read_table(folder / "bands.csv", BAND_COLUMNS),
+        increments=read_table(folder / "increments.csv", INCREMENT_COLUMNS),
+        budget=read_table(folder / "budget.csv", BUDGET_COLUMNS),
+        cell_calibration=read_table(folder / "cell_calibration.csv", RESULT_COLUMNS),
+        cell_models=read_table(folder / "cell_models.csv", CHOICE_COLUMNS),
+        cell_quality=read_table(folder / "cell_quality.csv", QUALITY_COLUMNS),
+        mobilised=read_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
+        blade=read_table(folder / "blade.csv", BLADE_COLUMNS),
+        peaks=read_table(folder / "peaks.csv", PEAK_COLUMNS),
+        model_force=_horizontal(read_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings),
+        model_layers=read_table(folder / "model" / "layers.csv", LAYER_COLUMNS),
+        model_bands=read_table(folder / "model" / "bands.csv", BAND_COLUMNS),
+        model_surface=read_table(folder / "model" / "surface.csv", SURFACE_COLUMNS),
     )
 
 
@@ -323,7 +323,8 @@ def _with_files(folder: Path) -> Path:
 M = TypeVar("M", bound=BaseModel)
 
 
-def _record(path: Path, kind: type[M]) -> M | None:
+def read_record(path: Path, kind: type[M]) -> M | None:
+    """A JSON file as a record; None where it is not there."""
     if not path.is_file():
         return None
     try:
@@ -337,7 +338,8 @@ def _record(path: Path, kind: type[M]) -> M | None:
         raise DataError(f"not readable as JSON: {error}. {_REMEDY}", path=path) from None
 
 
-def _table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
+def read_table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
+    """A CSV file with these columns; None where it is not there."""
     if not path.is_file():
         return None
     try:
@@ -382,6 +384,8 @@ _WORDS = {
     "cell",
     "definition",
     "note",
+    "parameter",
+    "map",
 }
 
 
