@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.compare.several.groups import Group
 from ploughval.compare.several.record import Record, Value
-from ploughval.compare.several.repeats import metric_names
+from ploughval.compare.several.repeats import measured_names
 from ploughval.compare.several.straight import Line, fit_line
 
 Floats = NDArray[np.float64]
@@ -34,7 +34,8 @@ class Trend:
     depth_mm, values, stds, models : (n,) float
         Scaled metric of these tests; models NaN where nothing was predicted.
     measured, predicted : Line or None
-        Straight lines over depth; the predicted one goes through the same tests with equal weights.
+        Straight lines over the logarithm of depth; the predicted one goes through the same tests with
+        equal weights.
     beyond : Line or None
         Line through measurement minus prediction.
     power : Line or None
@@ -84,7 +85,7 @@ def depth_trends(series: Sequence[Group], records: Sequence[Record]) -> list[Tre
     places = sorted(place for group in series for place in group.members)
     label = ", ".join(group.label for group in series)
     found = []
-    for name in metric_names([records[place] for place in places]):
+    for name in measured_names([records[place] for place in places]):
         scaled = {place: _scaled(records[place], name) for place in places}
         known = {place: v for place, v in scaled.items() if v is not None and np.isfinite(v.experiment)}
         if len({round(records[place].depth_mm, 6) for place in known}) > 1:
@@ -108,9 +109,10 @@ def _trend(label: str, name: str, known: dict[int, Value], records: Sequence[Rec
     scale = records[places[0]].scale(original.unit)
     assert scale is not None  # only scaled values come here
     both = np.isfinite(models)
-    measured = fit_line(depth, values, stds)
-    predicted = fit_line(depth[both], models[both], None) if both.any() else None
-    beyond = fit_line(depth[both], (values - models)[both], stds[both]) if both.any() else None
+    at = np.log(depth)
+    measured = fit_line(at, values, stds)
+    predicted = fit_line(at[both], models[both], None) if both.any() else None
+    beyond = fit_line(at[both], (values - models)[both], stds[both]) if both.any() else None
     return Trend(
         label, name, scale.words, original.unit, places, depth, values, stds, models,
         measured, predicted, beyond, _power(depth, values, stds, scale.power),

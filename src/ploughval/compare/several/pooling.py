@@ -92,10 +92,11 @@ def pool(values: Sequence[float], stds: Sequence[float]) -> Pooled:
         alone = float(x[0]) if x.size else NAN
         return Pooled(x.size, mean=alone, pooled=alone)
     mean, std = float(np.mean(x)), float(np.std(x, ddof=1))
-    low, high = std_interval(std, x.size - 1)
+    # Values that are all alike (counts) show no scatter, but do not show how small it is.
+    low, high = std_interval(std, x.size - 1) if std > 0 else (NAN, NAN)
     outlier = _outlier(x, mean, std)
     if not np.all(np.isfinite(u) & (u > 0)):
-        reach = float(stdtrit(x.size - 1, 1 - _TAIL)) * std / np.sqrt(x.size)
+        reach = float(stdtrit(x.size - 1, 1 - _TAIL)) * std / np.sqrt(x.size) if std > 0 else NAN
         return Pooled(
             x.size, mean, std, low, high, pooled=mean, pooled_low=mean - reach, pooled_high=mean + reach,
             outlier=outlier,

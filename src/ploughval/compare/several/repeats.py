@@ -52,6 +52,11 @@ def metric_names(records: Sequence[Record]) -> list[str]:
     return list(dict.fromkeys(name for record in records for name in record.values))
 
 
+def measured_names(records: Sequence[Record]) -> list[str]:
+    """Names of metrics whose measured side is measured: a ratio to the experiment is 1 by definition."""
+    return [name for name in metric_names(records) if not name.endswith("_ratio")]
+
+
 def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:
     """Scatter of each metric that two tests of a group measured at least.
 
@@ -63,7 +68,7 @@ def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:
         All tests.
     """
     found = []
-    for name in metric_names([records[place] for place in group.members]):
+    for name in measured_names([records[place] for place in group.members]):
         held = {place: records[place].values.get(name) for place in group.members}
         known = {place: v for place, v in held.items() if v is not None and np.isfinite(v.experiment)}
         if len(known) < 2:
@@ -93,7 +98,7 @@ def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[
         Metrics that two groups at least have scatter of.
     """
     found = []
-    for name in metric_names(records):
+    for name in measured_names(records):
         sums, dof, cells, words = 0.0, 0, 0, ""
         for group in groups:
             scaled = [_scaled(records[place], name) for place in group.members]

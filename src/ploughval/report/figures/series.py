@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.force import thin
+from ploughval.report.figures.force import MOST_POINTS, thin
 from ploughval.report.figures.style import INK, MEASURED, SERIES, new_figure, plain, styled
+
+MOST_NAMES = 12  # in a legend; more would leave no room for the curves
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     Parameters
     ----------
     histories : sequence of History
-        One a test; those that share a name share colour and entry in the legend.
+        One or more tests; those that share a name share colour and entry in the legend.
     measured : bool
         The measured side, or the predicted one.
     """
@@ -66,11 +68,12 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     dashes = ("-", "--", "-.", ":")
     names = list(dict.fromkeys(history.name for history in histories))
     labelled: set[str] = set()
+    most = min(MOST_POINTS, 5 * MOST_POINTS // len(histories))
     for history in histories:
         table = history.force if measured else history.model
         if table is None:
             continue
-        shown, place = thin(table, "force_N"), names.index(history.name)
+        shown, place = thin(table, "force_N", most), names.index(history.name)
         axes.plot(
             shown["u_mm"] / history.depth_mm,
             shown["force_N"] / history.P0_N,
@@ -83,6 +86,6 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     axes.set_xlabel("u / d")
     axes.set_ylabel("P / P₀, measured" if measured else "P / P₀, predicted")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-    if axes.lines:
+    if 0 < len(labelled) <= MOST_NAMES:
         figure.legend(loc="outside upper center", ncols=2)
     return figure

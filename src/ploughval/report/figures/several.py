@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.compare.several import MeanError, MeanHistory, Repeat, Trend
-from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, new_figure, styled
+from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, new_figure, plain, styled
 from ploughval.report.text import label, unit
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ def scatter_figure(repeats: Sequence[Repeat]) -> Figure:
             beyond = int(np.sum(~inside & (np.sign(values) == side)))
             axes.plot([side * FARTHEST_PER_CENT] * beyond, [row + 0.08] * beyond, marker, color=colour, ms=7)
     axes.axvline(0, color=INK, lw=0.8)
-    _rows(axes, rows, [label(repeat.metric) for repeat in repeats])
+    _rows(axes, rows, [plain(label(repeat.metric)) for repeat in repeats])
     axes.set_xlabel("difference from the mean of the tests, %")
     axes.barh(np.nan, 0, color=MUTED, alpha=0.3, label="stated")
     axes.plot([], [], color=MEASURED, lw=3, label="s between tests")
@@ -126,7 +126,7 @@ def trends_figure(trends: Sequence[Trend]) -> Figure:
 
 
 def _trend(axes: Axes, trend: Trend) -> None:
-    ends = np.array([trend.depth_mm.min(), trend.depth_mm.max()])
+    over = np.geomspace(trend.depth_mm.min(), trend.depth_mm.max(), 30)
     std = np.where(np.isfinite(trend.stds), trend.stds, 0.0)
     axes.errorbar(
         trend.depth_mm,
@@ -141,10 +141,12 @@ def _trend(axes: Axes, trend: Trend) -> None:
     axes.plot(trend.depth_mm, trend.models, "s", ms=6, mfc="none", mec=MODEL, label="predicted")
     for line, colour, dash in ((trend.measured, MEASURED, "-"), (trend.predicted, MODEL, "--")):
         if line is not None:
-            axes.plot(ends, line.at(ends), dash, color=colour, lw=1.2)
-    of = trend.scale or ("" if trend.unit == "1" else unit(trend.unit))
+            axes.plot(over, line.at(np.log(over)), dash, color=colour, lw=1.2)
+    of = trend.scale or ("" if trend.unit == "1" else plain(unit(trend.unit)))
     axes.set_title(
-        f"{label(trend.metric)} / {of}" if trend.scale else f"{label(trend.metric)}{', ' if of else ''}{of}"
+        f"{plain(label(trend.metric))} / {of}"
+        if trend.scale
+        else f"{plain(label(trend.metric))}{', ' if of else ''}{of}"
     )
     shown = np.concatenate([trend.values - std, trend.values + std, trend.models[np.isfinite(trend.models)]])
     low, high = float(shown.min()), float(shown.max())
@@ -190,7 +192,7 @@ def power_figure(trend: Trend) -> Figure:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
     axes.set_xlabel("depth d, mm")
-    axes.set_ylabel(f"{label(trend.metric)} over its\nscale at {np.exp(line.centre):.3g} mm")
+    axes.set_ylabel(f"{plain(label(trend.metric))} over its\nscale at {np.exp(line.centre):.3g} mm")
     figure.legend(loc="outside upper center", ncols=4)
     return figure
 
@@ -223,7 +225,7 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
         axes.plot([low, high], [row, row], color=colour, lw=2)
         mean = np.clip(error.pooled.pooled / size, -FARTHEST_ERROR, FARTHEST_ERROR)
         axes.plot(mean, row, "D", ms=6, color=colour)
-    _rows(axes, rows, [label(error.metric) for error in errors])
+    _rows(axes, rows, [plain(label(error.metric)) for error in errors])
     axes.set_xlim(-FARTHEST_ERROR * 1.03, FARTHEST_ERROR * 1.03)
     axes.set_xlabel("E / u_val, model − experiment (grey band: a test agrees)")
     axes.plot([], [], "o", ms=4, color=MUTED, label="tests")

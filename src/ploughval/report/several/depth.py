@@ -1,5 +1,7 @@
 """Chapter: what depth does to metrics in units of it, and the powers of depth."""
 
+import numpy as np
+
 from ploughval.compare.several import Line, Trend
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
 from ploughval.report.figures.several import power_figure, trends_figure
@@ -9,7 +11,7 @@ from ploughval.report.text import MISSING, label, number
 
 LEAD = (
     "Forces are divided by γd²B/2, lengths by d: in the model nothing then depends on depth but through "
-    "the mobilization length over d. A weighted line over depth says by how much a metric changes from "
+    "the mobilization length over d. A weighted line over ln d says by how much a metric changes from "
     "the shallowest to the deepest test; scatter beyond what the tests state widens its 95 % interval."
 )
 HEAD = (
@@ -63,7 +65,7 @@ def _change(trend: Trend, line: Line | None) -> tuple[float, float, float]:
     """Change over the range of depths and its interval."""
     if line is None:
         return float("nan"), float("nan"), float("nan")
-    span = float(trend.depth_mm.max() - trend.depth_mm.min())
+    span = float(np.log(trend.depth_mm.max() / trend.depth_mm.min()))
     return line.slope * span, line.slope_low * span, line.slope_high * span
 
 

@@ -34,9 +34,7 @@ def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     if judged:
         outside = [label(error.metric) for error in judged if error.mean_agrees is False]
         said = (
-            f"Mean errors beyond their interval: {', '.join(outside)}."
-            if outside
-            else "No mean error is beyond its."
+            f"Means that differ from zero: {', '.join(outside)}." if outside else "No mean differs from zero."
         )
         words = f"Errors of {len(judged)} metrics over all tests in validation uncertainties. {said}"
         drawings.append(pen.draw(errors_figure(judged), words, words))

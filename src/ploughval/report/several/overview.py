@@ -44,17 +44,30 @@ def _groups(found: SeveralFindings) -> Table:
         ]
         for group in found.grouping.groups
     ]
-    return Table(
-        "Groups", ("Group", "Tests", *(key_words(key) for key in varying), "Names"), rows, kind="cards"
-    )
+    return Table("Groups", ("Group", "Tests", *(_head(key) for key in varying), "Names"), rows, kind="cards")
 
 
-def key_words(key: Key) -> str:
-    """A key of test.toml as a column's head."""
-    measure = {"_mm_s": "mm/s", "_kPa": "kPa"}.get(key.name[key.name.rfind("_") :], unit(unit_of(key.name)))
-    name = key.name.removesuffix("_mm_s").removesuffix("_kPa")
-    measure = "mm/s" if key.name.endswith("_mm_s") else measure
-    return f"{label(name)}, {measure}" if measure else label(name)
+_OWN_UNITS = {"_mm_s": "mm/s", "_kPa": "kPa"}
+
+
+def _words_of(key: Key) -> tuple[str, str]:
+    """Words and unit of a key of test.toml."""
+    for ending, measure in _OWN_UNITS.items():
+        if key.name.endswith(ending):
+            return label(key.name.removesuffix(ending)), measure
+    return label(key.name), unit(unit_of(key.name))
+
+
+def _head(key: Key) -> str:
+    words, measure = _words_of(key)
+    return f"{words}, {measure}" if measure else words
+
+
+def _with_unit(key: Key, value: str) -> str:
+    """A key with its value in a sentence."""
+    words, measure = _words_of(key)
+    gap = "" if measure == "°" else " "
+    return f"{words.lower()} {value}{gap}{measure}".rstrip()
 
 
 def _setting(found: SeveralFindings, group: Group, key: Key) -> str:
@@ -79,9 +92,8 @@ def _notes(found: SeveralFindings) -> list[str]:
         said.append("No test repeats another: nothing can be said of repeatability.")
     same = [key for key in KEYS if key not in grouping.varying and _stated(found, key)]
     if same and grouping.groups:
-        held = ", ".join(
-            f"{key_words(key)} {_setting(found, _everyone(grouping.groups), key)}" for key in same
-        )
+        everyone = _everyone(grouping.groups)
+        held = ", ".join(_with_unit(key, _setting(found, everyone, key)) for key in same)
         said.append(f"The same in all: {held}.")
     return said
 

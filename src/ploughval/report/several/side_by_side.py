@@ -4,20 +4,21 @@ from collections.abc import Callable, Sequence
 
 from ploughval.report.blocks import BAND_HEAD, Cell, Chapter, Pen, Table, band_rows
 from ploughval.report.figures import forces_figure
-from ploughval.report.figures.series import History
+from ploughval.report.figures.series import MOST_NAMES, History
 from ploughval.report.results import MetricEntry, Results
 from ploughval.report.several.findings import SeveralFindings
 from ploughval.report.text import MISSING, number, with_std
 from ploughval.report.verdict import by_topic, named, topic
 
 MOST_COLUMNS = 8  # tests side by side; more stand below each other
-MOST_NAMES = 12  # curves with a name of their own; more are named by their group
 
 
 def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     """Measured and predicted force curves, each divided by its own P0 and depth."""
     tests, names = found.tests, found.names
+    legend = ""
     if len(tests) > MOST_NAMES:
+        legend = " Tests of one group have one colour."
         names = [f"group {found.group_label(place)}" for place in range(len(tests))]
     histories = [
         History(name, test.depth_mm or 1.0, test.P0_N or 1.0, test.force, test.model_force)
@@ -31,7 +32,7 @@ def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
                 pen.draw(
                     forces_figure(histories, measured=measured),
                     f"Normalised force against displacement, {word}, of {', '.join(shown)}.",
-                    f"Force {word}, each test divided by its own P₀ and depth.",
+                    f"Force {word}, each test divided by its own P₀ and depth.{legend}",
                 )
             )
     bare = [name for name, test in zip(found.names, tests, strict=True) if not (test.depth_mm and test.P0_N)]
