@@ -23,6 +23,7 @@ from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
 from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
+from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, tiles, verdict
 
@@ -79,6 +80,7 @@ def single_page(results: Results) -> str:
         field_chapter(results, pen),
         shear_chapter(results, pen),
         friction_chapter(results, pen),
+        soil_fit_chapter(results, pen),
         load_cells_chapter(results, pen),
         calibration_chapter(results, pen),
         quality_chapter(results, pen),

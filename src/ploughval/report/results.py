@@ -289,7 +289,9 @@ def read_results(folder: Path | str) -> Results:
         mobilised=read_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
         blade=read_table(folder / "blade.csv", BLADE_COLUMNS),
         peaks=read_table(folder / "peaks.csv", PEAK_COLUMNS),
-        model_force=_horizontal(read_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings),
+        model_force=_horizontal(
+            read_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings
+        ),
         model_layers=read_table(folder / "model" / "layers.csv", LAYER_COLUMNS),
         model_bands=read_table(folder / "model" / "bands.csv", BAND_COLUMNS),
         model_surface=read_table(folder / "model" / "surface.csv", SURFACE_COLUMNS),

@@ -65,6 +65,8 @@ class SoilFit:
         PROFILE_COLUMNS: rise of the least cost over each parameter.
     landscape : DataFrame
         LANDSCAPE_COLUMNS: the cost over two parameters at a time, the others at their best.
+    rises : dict of float to float
+        Rise of the cost at the ends of the interval of each level.
     misfit : Misfit
         How rows miss the model.
     discrepancy : Discrepancy
@@ -91,6 +93,7 @@ class SoilFit:
     curve: pd.DataFrame
     profiles: pd.DataFrame
     landscape: pd.DataFrame
+    rises: dict[float, float]
     misfit: Misfit
     discrepancy: Discrepancy
     residual_rms_N: float
@@ -134,6 +137,7 @@ class SoilFit:
             "shifts": {s.name: {"shift": s.shift, "std": s.std} for s in self.shifts},
             "switches": self.switches.to_dict("records"),
             "discrepancy": {"travel": self.discrepancy.travel, "force": self.discrepancy.force},
+            "rises": {f"{100 * level:.0f}": rise for level, rise in self.rises.items()},
             "residual_rms_N": self.residual_rms_N,
             "chi2_reduced": self.chi2_reduced,
             "points": self.points,

@@ -150,8 +150,12 @@ def _no_softening(objective: Objective, best: Floats) -> bool:
     return objective.cost(level) <= objective.cost(best) + SOFTENING_SEEN
 
 
+def _rises(misfit: Misfit, best: Floats) -> dict[float, float]:
+    return quantiles(max(misfit.independent - len(best), 1.0))
+
+
 def _profiles(objective: Objective, best: Floats, told: Information, misfit: Misfit) -> tuple[Profile, ...]:
-    rises = quantiles(max(misfit.independent - len(best), 1.0))
+    rises = _rises(misfit, best)
     span = objective.space.high - objective.space.low
     found = []
     for k in range(len(objective.space.fitted)):
@@ -207,6 +211,7 @@ def _result(
         curve=pd.DataFrame(dict(zip(CURVE_COLUMNS, rows, strict=True))),
         profiles=_profile_table(profiles),
         landscape=landscape(objective, best),
+        rises=_rises(misfit, best),
         misfit=misfit,
         discrepancy=objective.discrepancy,
         residual_rms_N=float(np.sqrt(np.mean((curve - record.force_N) ** 2))),

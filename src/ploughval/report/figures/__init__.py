@@ -14,6 +14,7 @@ from ploughval.report.figures.preview import Shown, preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
 from ploughval.report.figures.shear import shear_figure
 from ploughval.report.figures.soil import mobilised_figure
+from ploughval.report.figures.soil_fit import landscape_figure, profiles_figure, soil_fit_figure
 from ploughval.report.figures.volume import volume_figure
 
 __all__ = [
@@ -33,12 +34,15 @@ __all__ = [
     "force_figure",
     "forces_figure",
     "kinematics_figure",
+    "landscape_figure",
     "layers_figure",
     "mobilised_figure",
     "noise_figure",
     "preview_figure",
+    "profiles_figure",
     "residual_figure",
     "scale_figure",
     "shear_figure",
+    "soil_fit_figure",
     "volume_figure",
 ]

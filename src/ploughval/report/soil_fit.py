@@ -1,0 +1,189 @@
+"""The chapter on the soil fitted to the force, where fit.json is among the results."""
+
+from pathlib import Path
+
+import pandas as pd
+from pydantic import BaseModel, ConfigDict
+
+from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
+from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
+from ploughval.report.figures.soil_fit import quantity
+from ploughval.report.results import Number, Results, Text, read_record, read_table
+from ploughval.report.text import brief, label, number
+
+_HEAD = ("Parameter", "Best", "68 % interval", "95 % interval", "Told in [soil]", "Hangs on")
+_OPEN = "open"
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class ParameterEntry(_Entry):
+    """A fitted parameter."""
+
+    value: Number = None
+    interval_68: tuple[Number, Number] = (None, None)
+    interval_95: tuple[Number, Number] = (None, None)
+    told_by: Text = ""
+
+
+class SwitchEntry(_Entry):
+    """A change of the band in the record and in the model."""
+
+    switch: int
+    record_u_mm: Number = None
+    model_u_mm: Number = None
+    stretch: Number = None
+
+
+class ShiftEntry(_Entry):
+    """Something known beforehand, and where the fit puts it."""
+
+    shift: Number = None
+    std: Number = None
+
+
+class FitRecord(_Entry):
+    """fit.json."""
+
+    parameters: dict[str, ParameterEntry]
+    shifts: dict[str, ShiftEntry] = {}
+    switches: tuple[SwitchEntry, ...] = ()
+    discrepancy: dict[str, Number] = {}
+    rises: dict[str, Number] = {}
+    residual_rms_N: Number = None
+    chi2_reduced: Number = None
+    points: int = 0
+    independent_points: Number = None
+    message: Text = ""
+    posterior: dict[str, tuple[Number, ...]] | None = None
+
+
+def soil_fit_chapter(results: Results, pen: Pen) -> Chapter | None:
+    """Soil parameters from the force: best fit, intervals, profiles, landscapes."""
+    fit = read_record(results.folder / "fit.json", FitRecord)
+    if fit is None or not fit.parameters:
+        return None
+    lead = (
+        "Soil parameters fitted to the measured force with the model. Record and model are laid on each "
+        "other where they change their band; a tooth may be longer or shorter than the model's, at a price. "
+        "Limits by profile likelihood; open: not bounded within the range searched."
+    )
+    tables = [_parameters(fit, results), *_posterior(fit), *_switches(fit), *_shifts(fit)]
+    return Chapter(
+        "soil-fit",
+        "Soil from the force",
+        lead=lead,
+        drawings=_drawings(fit, results.folder, pen),
+        tables=tables,
+        notes=tuple(part.strip() for part in fit.message.split(";") if part.strip()),
+    )
+
+
+def _drawings(fit: FitRecord, folder: Path, pen: Pen) -> list[Drawing]:
+    found = []
+    curve = read_table(folder / "fit_force.csv", CURVE_COLUMNS)
+    profiles = read_table(folder / "fit_profiles.csv", PROFILE_COLUMNS)
+    landscape = read_table(folder / "fit_landscape.csv", LANDSCAPE_COLUMNS)
+    best = {name: entry.value for name, entry in fit.parameters.items() if entry.value is not None}
+    if curve is not None and len(curve):
+        found.append(_fit_drawing(fit, curve, pen))
+    if profiles is not None and len(profiles):
+        levels = {f"{name} %": rise for name, rise in fit.rises.items() if rise is not None}
+        found.append(
+            pen.draw(
+                profiles_figure(profiles, levels),
+                f"Rise of the least cost over {_names(fit)}; the intervals end where it crosses the dashed "
+                "lines.",
+                "Profiles: the least cost with one parameter held. Points are fits; between them the root of "
+                "the rise is straight.",
+            )
+        )
+    if landscape is not None and len(landscape):
+        found.append(
+            pen.draw(
+                landscape_figure(landscape, best),
+                f"Cost over pairs of {_names(fit)}, least at the cross.",
+                "Landscapes: the cost over two parameters with the others at their best. One valley: the "
+                "search cannot end elsewhere. A valley aslant: the two are told together only.",
+            )
+        )
+    return found
+
+
+def _fit_drawing(fit: FitRecord, curve: pd.DataFrame, pen: Pen) -> Drawing:
+    places = [s.record_u_mm for s in fit.switches if s.record_u_mm is not None]
+    figure = soil_fit_figure(curve, pd.Series(places, dtype=float).to_numpy())
+    rows = f"{fit.points} rows"
+    if fit.independent_points is not None and fit.independent_points < fit.points - 0.5:
+        rows += f", {fit.independent_points:.0f} of them independent"
+    return pen.draw(
+        figure,
+        f"Measured force and best fit over displacement, {number(fit.residual_rms_N, 2)} N apart (rms).",
+        f"Best fit: {number(fit.residual_rms_N, 2)} N rms over {rows}. Below: what is missed, in standard "
+        "deviations of the noise. Dotted: the record changes its band.",
+    )
+
+
+def _names(fit: FitRecord) -> str:
+    return ", ".join(label(name).lower() for name in fit.parameters)
+
+
+def _parameters(fit: FitRecord, results: Results) -> Table:
+    rows = []
+    for name, entry in fit.parameters.items():
+        rows.append(
+            [
+                Cell(quantity(name)),
+                value_cell(entry.value),
+                Cell(_interval(entry.interval_68)),
+                Cell(_interval(entry.interval_95)),
+                value_cell(results.setting("soil", name)),
+                Cell(entry.told_by),
+            ]
+        )
+    travel, force = (fit.discrepancy.get(name) or 0.0 for name in ("travel", "force"))
+    note = (
+        f"The model was trusted to {100 * travel:.1f} % of the length of a tooth and {100 * force:.1f} % of "
+        "the force (standard deviations)."
+    )
+    return Table("Soil parameters from the force", _HEAD, rows, footnotes=(note,))
+
+
+def _interval(limits: tuple[float | None, ...]) -> str:
+    low, high = (_OPEN if limit is None else brief(limit) for limit in limits)
+    return _OPEN if low == high == _OPEN else f"{low} to {high}"
+
+
+def _posterior(fit: FitRecord) -> list[Table]:
+    if not fit.posterior:
+        return []
+    head = ("Parameter", "2.5 %", "16 %", "Median", "84 %", "97.5 %")
+    rows = [[Cell(quantity(n)), *map(value_cell, v)] for n, v in fit.posterior.items()]
+    return [Table("Posterior by the sampler, flat over the range searched", head, rows, folded=True)]
+
+
+def _switches(fit: FitRecord) -> list[Table]:
+    if not fit.switches:
+        return []
+    head = ("Switch", "Record, mm", "Model, mm", "Tooth longer by, %")
+    rows = [
+        [
+            value_cell(s.switch),
+            value_cell(s.record_u_mm),
+            value_cell(s.model_u_mm),
+            value_cell(None if s.stretch is None else 100 * s.stretch, 2),
+        ]
+        for s in fit.switches
+    ]
+    return [Table("Where record and model change their band", head, rows, folded=True)]
+
+
+def _shifts(fit: FitRecord) -> list[Table]:
+    if not fit.shifts:
+        return []
+    head = ("Quantity", "Moved by", "Known to (std)")
+    rows = [[Cell(quantity(n)), value_cell(s.shift, 3), value_cell(s.std, 3)] for n, s in fit.shifts.items()]
+    return [Table("What was known beforehand, and where the fit puts it", head, rows, folded=True)]
