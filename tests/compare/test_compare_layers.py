@@ -185,6 +185,8 @@ def test_both_ways_see_what_one_way_hides():
     one = compared(layer(tilted(201)), layer(spike, source="model"))[0]
     assert np.abs(one.distance_mm).max() < 1.0
     assert one.reverse_mm.max() == pytest.approx(4.0)
+    # Its three upper vertices stand for the 1 mm of its top and half of either flank.
+    assert one.missing_mm == pytest.approx(1.0 + np.hypot(4.0, 0.5), abs=0.01)
 
 
 def test_summaries_are_per_frame_and_layer():

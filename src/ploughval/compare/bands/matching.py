@@ -98,21 +98,20 @@ def band_quantities(bands: pd.DataFrame) -> Mapping[str, Quantity]:
     }
 
 
-def numbered(bands: pd.DataFrame) -> dict[str, Quantity]:
+def numbered(bands: pd.DataFrame) -> dict[str, float]:
     """All quantities of all bands of a record, by name and number: ``beta_deg/0``."""
-    return {
-        f"{name}/{place}": quantity(bands, place, name) for place in range(len(bands)) for name in QUANTITIES
-    }
+    columns = {name: bands[name].to_numpy(dtype=np.float64) for name in QUANTITIES}
+    return {f"{name}/{place}": float(value) for name, c in columns.items() for place, value in enumerate(c)}
 
 
 def quantity(bands: pd.DataFrame, place: int, name: str) -> Quantity:
     """A quantity of the band at a place of a table of ``observe``; a place has its calibration's part."""
     if len(bands) <= place:
         return MISSING
-    std = float(bands[f"{name}_std"].iloc[place])
+    std = float(bands[f"{name}_std"].to_numpy()[place])
     if name in ("outcrop_x_mm", "ahead_mm"):
-        std = float(np.hypot(std, np.nan_to_num(bands["calibration_std_mm"].iloc[place])))
-    return Quantity(float(bands[name].iloc[place]), std)
+        std = float(np.hypot(std, np.nan_to_num(bands["calibration_std_mm"].to_numpy()[place])))
+    return Quantity(float(bands[name].to_numpy()[place]), std)
 
 
 def _cell(table: pd.DataFrame, place: int | None, name: str) -> float:

@@ -46,7 +46,14 @@ def band_metrics(
     seen = seen[~(seen["u_start_mm"] >= limit)].reset_index(drop=True)
     note = f"bands that begin within {limit:.4g} mm of travel"
 
+    tables: dict[int, pd.DataFrame] = {}
+
     def predicted(one: "History") -> pd.DataFrame:
+        if id(one) not in tables:
+            tables[id(one)] = described(one)
+        return tables[id(one)]
+
+    def described(one: "History") -> pd.DataFrame:
         last = float(one.force["u_mm"].iloc[-1])
         table = observe(one.bands, Window(0.0, last, np.empty(0)))
         inside = (table["u_start_mm"] < limit) & ~(table["u_end_mm"] <= window.first_mm)

@@ -49,7 +49,7 @@ def judged_pairs(case: Case, pairs: pd.DataFrame, predicted: Predicted) -> pd.Da
         ``_numerical_std`` and ``_validation_std``; NaN where a side does not have it.
     """
     number = _numbers(pairs, predicted(case.history))
-    spreads = case.input_spread(lambda one: numbered(predicted(one)))
+    spreads = case.ensemble.spread(lambda one: numbered(predicted(one)))
     added: dict[str, Floats] = {}
     for name in QUANTITIES:
         model = pairs[f"{name}_model"].to_numpy(dtype=np.float64)
@@ -104,17 +104,16 @@ def pair_metrics(case: Case, pairs: pd.DataFrame, predicted: Predicted, interval
     number = _numbers(pairs, predicted(case.history))
     chosen = {name: _chosen(name, pairs, interval_mm) for name in QUANTITIES}
 
-    def means(one: "History") -> Mapping[str, Quantity]:
+    def means(one: "History") -> Mapping[str, float]:
         table = predicted(one)
         found = {}
         for name, rows in chosen.items():
             places = [number[k] for k in rows]
             have = bool(places) and max(places) < len(table)
-            value = float(table[name].to_numpy(float)[places].mean()) if have else float("nan")
-            found[name] = Quantity(value, 0.0)
+            found[name] = float(table[name].to_numpy(float)[places].mean()) if have else float("nan")
         return found
 
-    spreads = case.input_spread(means)
+    spreads = case.ensemble.spread(means)
     metrics = []
     for name, rows in chosen.items():
         if not rows:

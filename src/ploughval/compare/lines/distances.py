@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.compare.lines.effective import effective_number
 from ploughval.compare.lines.lines import Key, Line, lengths
-from ploughval.compare.lines.nearest import nearest_on_line
+from ploughval.compare.lines.nearest import arcs, nearest_on_line
 
 Floats = NDArray[np.float64]
 DISTANCE_COLUMNS = (
@@ -19,6 +19,7 @@ DISTANCE_COLUMNS = (
 )  # fmt: skip
 FACE_DEPTHS = 0.25  # so far ahead of the face sand may be sheared along it
 _COVERAGE = 2.0
+_SEEN_SPACINGS = 1.5  # a place of the model's line is seen where a measured point falls so near to it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,8 +36,8 @@ class LineDistance:
     reverse_mm : (R,) float
         Of the model's points from the measured line, without sign.
     extra_mm, missing_mm : float
-        Length of measured line past the model's torn ends, and of the model's past the measured ones: the
-        other side has no piece there.
+        Length of measured line past the model's torn ends; and of the model's line on which no measured
+        point falls: the sand lies elsewhere, or its points were lost.
     """
 
     line: Line
@@ -65,14 +66,24 @@ def compare_line(line: Line, model_mm: Floats) -> LineDistance:
     finite = np.isfinite(model_mm).all(axis=1)
     spacing = max(_spacing(line.whole_mm), _spacing(model_mm))
     back = nearest_on_line(model_mm[finite], line.whole_mm)
-    length = lengths(model_mm)[finite]
+    unseen = ~back.beyond & (_apart(arcs(model_mm), there.arc_mm) > _SEEN_SPACINGS * spacing)
     return LineDistance(
         line,
         np.where(there.beyond, np.nan, there.distance_mm),
         np.abs(back.distance_mm[~back.beyond]),
         float(line.length_mm[there.past_tear_mm > spacing].sum()),
-        float(length[back.past_tear_mm > spacing].sum()),
+        float(lengths(model_mm)[finite][unseen].sum()),
     )
+
+
+def _apart(places: Floats, others: Floats) -> Floats:
+    """Distance of each place along a line from the nearest of others."""
+    ordered = np.sort(others[np.isfinite(others)])
+    if not ordered.size:
+        return np.full(places.shape, np.inf)
+    after = np.clip(np.searchsorted(ordered, places), 1, max(ordered.size - 1, 1))
+    right = ordered[np.minimum(after, ordered.size - 1)]
+    return np.asarray(np.minimum(np.abs(places - ordered[after - 1]), np.abs(right - places)))
 
 
 def compare_lines(lines: Sequence[Line], model: Mapping[Key, Floats]) -> list[LineDistance]:

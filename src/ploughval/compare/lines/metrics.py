@@ -128,7 +128,11 @@ class _Pool:
         for kind, value, said in (
             ("median", float(np.median(size)), note),
             ("p95", float(np.percentile(size, 95)), note),
-            ("hausdorff95", both, "95 % of the points of either side lie nearer to the other's line"),
+            (
+                "hausdorff95",
+                both,
+                "95 % of the points of either side lie nearer to the other's line; lost points count",
+            ),
         ):
             found.append(_unjudged(f"{name}_{kind}_mm", value, said))
         return found + (self._zones(name, met) + self._lengths(name) if torn else [])
@@ -185,7 +189,7 @@ class _Pool:
             _unjudged(f"{name}_{kind}_mm", float(self.table[f"{kind}_mm"].sum()) / frames, said)
             for kind, said in (
                 ("extra", "length of measured line a frame past the model's torn ends"),
-                ("missing", "length of the model's line a frame past the measured torn ends"),
+                ("missing", "length of the model's line a frame on which no measured point falls"),
             )
         ]
 

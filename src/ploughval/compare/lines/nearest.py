@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-_SLACK = 1e-9  # share of a segment
+SLACK = 1e-9  # share of a segment
+_APART_MM = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,11 +24,14 @@ class Nearest:
         The nearest place lies past one of the line's outermost ends: there is nothing to compare with.
     past_tear_mm : (N,) float
         How far along the line a point lies past the end of a piece at a tear; 0 where it has a normal.
+    arc_mm : (N,) float
+        Where along the line the nearest place lies; see ``arcs``.
     """
 
     distance_mm: Floats
     beyond: Flags
     past_tear_mm: Floats
+    arc_mm: Floats
 
 
 def nearest_on_line(points_mm: Floats, line_mm: Floats) -> Nearest:
@@ -44,31 +48,25 @@ def nearest_on_line(points_mm: Floats, line_mm: Floats) -> Nearest:
     -------
     Nearest
     """
-    start, end, joined = _segments(line_mm)
+    start, end, joined, first = _segments(line_mm)
     if not len(start):
         nothing = np.zeros(len(points_mm))
-        return Nearest(nothing * np.nan, np.ones(len(points_mm), dtype=bool), nothing)
-    which, share = _search(np.ascontiguousarray(points_mm), start, end)
-    along = (end - start)[which]
-    length = np.hypot(*along.T)
-    at = start[which] + np.clip(share, 0.0, 1.0)[:, None] * along
-    offset = points_mm - at
-    before, after = share < -_SLACK, share > 1.0 + _SLACK
-    normal = _normals(start, end, joined)
-    own = normal[0][which]
-    own = np.where((share <= _SLACK)[:, None], normal[1][which], own)
-    own = np.where((share >= 1.0 - _SLACK)[:, None], normal[2][which], own)
-    side = np.where((offset * own).sum(axis=1) < 0.0, -1.0, 1.0)
-    beyond = (before & (which == 0)) | (after & (which == len(start) - 1))
-    free_start, free_end = ~joined, ~np.append(joined[1:], False)
-    over = np.where(before & free_start[which], -share, 0.0) + np.where(
-        after & free_end[which], share - 1.0, 0.0
-    )
-    return Nearest(side * np.hypot(*offset.T), beyond, np.where(beyond, 0.0, over * length))
+        return Nearest(nothing * np.nan, np.ones(len(points_mm), dtype=bool), nothing, nothing * np.nan)
+    points = np.ascontiguousarray(points_mm)
+    distance, beyond, past, which, along = _search(points, start, end, joined, *_normals(start, end, joined))
+    arc = arcs(line_mm)[np.flatnonzero(np.isfinite(line_mm).all(axis=1)).searchsorted(first)]
+    return Nearest(distance, beyond, past, arc[which] + along)
 
 
-def _segments(line_mm: Floats) -> tuple[Floats, Floats, Flags]:
-    """Starts and ends (S, 2) of segments, and whether each goes on from the one before it.
+def arcs(line_mm: Floats) -> Floats:
+    """Place along a line of each of its finite vertices, mm; pieces are a long way apart."""
+    known = np.flatnonzero(np.isfinite(line_mm).all(axis=1))
+    step = np.hypot(*np.diff(line_mm[known], axis=0).T)
+    return np.append(0.0, np.cumsum(np.where(np.diff(known) == 1, step, _APART_MM)))[: len(known)]
+
+
+def _segments(line_mm: Floats) -> tuple[Floats, Floats, Flags, NDArray[np.int64]]:
+    """Starts and ends (S, 2) of segments, whether each goes on from the one before it, and its first vertex.
 
     A vertex alone between tears is a segment without length.
     """
@@ -78,7 +76,7 @@ def _segments(line_mm: Floats) -> tuple[Floats, Floats, Flags]:
     first = np.flatnonzero(np.append(pair, False) | alone)
     follows = np.append(False, (np.diff(first) == 1) & ~alone[first[:-1]] & ~alone[first[1:]])[: len(first)]
     last = np.where(alone[first], first, first + 1)
-    return np.ascontiguousarray(line_mm[first]), np.ascontiguousarray(line_mm[last]), follows
+    return np.ascontiguousarray(line_mm[first]), np.ascontiguousarray(line_mm[last]), follows, first
 
 
 def _normals(start: Floats, end: Floats, joined: Flags) -> tuple[Floats, Floats, Floats]:
@@ -94,19 +92,48 @@ def _normals(start: Floats, end: Floats, joined: Flags) -> tuple[Floats, Floats,
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def _search(points: Floats, start: Floats, end: Floats) -> tuple[NDArray[np.int64], Floats]:
-    """Nearest segment of every point, and the foot's share of it (outside 0 to 1: past an end)."""
-    which, share = np.zeros(len(points), np.int64), np.zeros(len(points))
-    for k in range(len(points)):
-        best = np.inf
-        for m in range(len(start)):
+def _search(
+    points: Floats,
+    start: Floats,
+    end: Floats,
+    joined: Flags,
+    normal: Floats,
+    at_start: Floats,
+    at_end: Floats,
+) -> tuple[Floats, Flags, Floats, NDArray[np.int64], Floats]:
+    """Signed distance of every point, whether beyond, way past a torn end, segment, and way on that."""
+    count, last = len(points), len(start) - 1
+    distance, beyond, past = np.zeros(count), np.zeros(count, np.bool_), np.zeros(count)
+    nearest, along = np.zeros(count, np.int64), np.zeros(count)
+    for k in range(count):
+        x, y = points[k, 0], points[k, 1]
+        best, which, share = np.inf, 0, 0.0
+        for m in range(last + 1):
             ax, ay = end[m, 0] - start[m, 0], end[m, 1] - start[m, 1]
-            dx, dy = points[k, 0] - start[m, 0], points[k, 1] - start[m, 1]
+            dx, dy = x - start[m, 0], y - start[m, 1]
             square = ax * ax + ay * ay
             part = (dx * ax + dy * ay) / square if square > 0.0 else 0.0
-            inside = min(max(part, 0.0), 1.0)
-            gx, gy = dx - inside * ax, dy - inside * ay
+            foot = min(max(part, 0.0), 1.0)
+            gx, gy = dx - foot * ax, dy - foot * ay
             far = gx * gx + gy * gy
             if far < best:
-                best, which[k], share[k] = far, m, part
-    return which, share
+                best, which, share = far, m, part
+        ax, ay = end[which, 0] - start[which, 0], end[which, 1] - start[which, 1]
+        foot = min(max(share, 0.0), 1.0)
+        gx, gy = x - start[which, 0] - foot * ax, y - start[which, 1] - foot * ay
+        if share <= SLACK:
+            side = gx * at_start[which, 0] + gy * at_start[which, 1]
+        elif share >= 1.0 - SLACK:
+            side = gx * at_end[which, 0] + gy * at_end[which, 1]
+        else:
+            side = gx * normal[which, 0] + gy * normal[which, 1]
+        distance[k] = -np.sqrt(best) if side < 0.0 else np.sqrt(best)
+        length = np.hypot(ax, ay)
+        nearest[k], along[k] = which, foot * length
+        if share < -SLACK and not joined[which]:
+            beyond[k] = which == 0
+            past[k] = 0.0 if beyond[k] else -share * length
+        elif share > 1.0 + SLACK and (which == last or not joined[which + 1]):
+            beyond[k] = which == last
+            past[k] = 0.0 if beyond[k] else (share - 1.0) * length
+    return distance, beyond, past, nearest, along

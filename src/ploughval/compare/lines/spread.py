@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Predicted = Callable[["History", Sequence[int]], Mapping[Key, Floats]]
-_STAGES = 8  # frames at which the draws are carried; between them their spread is interpolated
+_STAGES = 6  # frames at which the draws are carried; between them their spread is interpolated
 
 
 def input_spread(case: Case, lines: Sequence[Line], predicted: Predicted) -> tuple[list[Floats], Spread]:
