@@ -1,10 +1,13 @@
 """The chapter on the soil fitted to the force, where fit.json is among the results."""
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
+from ploughval.model.fit import FITTED
+from ploughval.model.fit.information import STRETCHES
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
@@ -45,6 +48,13 @@ class ShiftEntry(_Entry):
     std: Number = None
 
 
+class InformationEntry(_Entry):
+    """What a stretch of the record tells of a parameter."""
+
+    share: Number = None
+    widening: Number = None
+
+
 class FitRecord(_Entry):
     """fit.json."""
 
@@ -52,6 +62,7 @@ class FitRecord(_Entry):
     shifts: dict[str, ShiftEntry] = {}
     switches: tuple[SwitchEntry, ...] = ()
     discrepancy: dict[str, Number] = {}
+    information: dict[str, dict[str, InformationEntry]] = {}
     rises: dict[str, Number] = {}
     residual_rms_N: Number = None
     chi2_reduced: Number = None
@@ -71,7 +82,13 @@ def soil_fit_chapter(results: Results, pen: Pen) -> Chapter | None:
         "other where they change their band; a tooth may be longer or shorter than the model's, at a price. "
         "Limits by profile likelihood; open: not bounded within the range searched."
     )
-    tables = [_parameters(fit, results), *_posterior(fit), *_switches(fit), *_shifts(fit)]
+    tables = [
+        _parameters(fit, results),
+        *_information(fit),
+        *_posterior(fit),
+        *_switches(fit),
+        *_shifts(fit),
+    ]
     return Chapter(
         "soil-fit",
         "Soil from the force",
@@ -128,12 +145,13 @@ def _fit_drawing(fit: FitRecord, curve: pd.DataFrame, pen: Pen) -> Drawing:
 
 
 def _names(fit: FitRecord) -> str:
-    return ", ".join(label(name).lower() for name in fit.parameters)
+    return ", ".join(label(name).lower() for name in _ordered([fit.parameters]))
 
 
 def _parameters(fit: FitRecord, results: Results) -> Table:
     rows = []
-    for name, entry in fit.parameters.items():
+    for name in _ordered([fit.parameters]):
+        entry = fit.parameters[name]
         rows.append(
             [
                 Cell(quantity(name)),
@@ -155,6 +173,31 @@ def _parameters(fit: FitRecord, results: Results) -> Table:
 def _interval(limits: tuple[float | None, ...]) -> str:
     low, high = (_OPEN if limit is None else brief(limit) for limit in limits)
     return _OPEN if low == high == _OPEN else f"{low} to {high}"
+
+
+def _information(fit: FitRecord) -> list[Table]:
+    """Share of the information by stretches of the record."""
+    if not fit.information:
+        return []
+    names = _ordered(fit.information.values())
+    order = [stretch for stretch in STRETCHES if stretch in fit.information]
+    rows = []
+    for stretch in order:
+        told = fit.information[stretch]
+        shares = [told[name].share if name in told else None for name in names]
+        cells = [value_cell(None if share is None else 100 * share, 2) for share in shares]
+        rows.append([Cell(stretch[:1].upper() + stretch[1:]), *cells])
+    head = ("Stretch of the record", *(f"{label(name)}, %" for name in names))
+    note = (
+        "Of each parameter, were all others known; what two parameters share is seen in the intervals only."
+    )
+    return [Table("Where the information stands in the record", head, rows, folded=True, footnotes=(note,))]
+
+
+def _ordered(entries: Iterable[Mapping[str, object]]) -> list[str]:
+    """Names of parameters in the order of [soil]."""
+    present = {name for entry in entries for name in entry}
+    return [name for name in FITTED if name in present]
 
 
 def _posterior(fit: FitRecord) -> list[Table]:

@@ -29,12 +29,15 @@ class Information:
         NaN where a std is infinite.
     widening : (S, K) float
         Std of each parameter without a stretch, over that with all; one row for each of :data:`STRETCHES`.
+    share : (S, K) float
+        Part of the information on a parameter that a stretch holds, were all others known.
     """
 
     parameters: tuple[str, ...]
     std: Floats
     correlation: Floats
     widening: Floats
+    share: Floats
 
     def told_by(self, parameter: str) -> str:
         """The stretches that a parameter hangs on, in words."""
@@ -48,6 +51,16 @@ class Information:
             if 1.0 - widening[s] ** -2.0 >= LEAST_TOLD
         ]
         return ", ".join(named) if named else "the whole record, no stretch more than others"
+
+    def to_json(self) -> dict[str, dict[str, dict[str, float]]]:
+        """Share and widening of each stretch and parameter, as plain numbers."""
+        return {
+            stretch: {
+                name: {"share": float(self.share[s, k]), "widening": float(self.widening[s, k])}
+                for k, name in enumerate(self.parameters)
+            }
+            for s, stretch in enumerate(STRETCHES)
+        }
 
 
 def _times(factor: float) -> str:
@@ -71,11 +84,14 @@ def information(objective: Objective, unknowns: Floats, width: float) -> Informa
     std, correlation = _spread(slopes, fitted)
     kinds = _stretches(objective, unknowns)
     widening = np.ones((len(STRETCHES), fitted))
+    square = slopes[:, :fitted] ** 2
+    whole = np.maximum(square.sum(axis=0), 1e-300)
+    share = np.array([square[kinds == k].sum(axis=0) / whole for k in range(len(STRETCHES))])
     for k in range(len(STRETCHES)):
         if np.any(kinds == k):
             without = _spread(slopes[kinds != k], fitted)[0]
             widening[k] = np.where(np.isfinite(std), without / np.where(np.isfinite(std), std, 1.0), np.nan)
-    return Information(objective.space.fitted, std, correlation, widening)
+    return Information(objective.space.fitted, std, correlation, widening, share)
 
 
 def _spread(slopes: Floats, fitted: int) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ploughval.model.fit.information import Information
 from ploughval.model.fit.objective import Discrepancy
 from ploughval.model.fit.weights import Misfit
 
@@ -55,6 +56,8 @@ class SoilFit:
         searched.
     told_by : tuple of str
         For each parameter the stretches of the record that it hangs on.
+    information : Information
+        The numbers behind that.
     shifts : tuple of Shift
         Offset, gain, start and what else was known with an uncertainty.
     switches : DataFrame
@@ -88,6 +91,7 @@ class SoilFit:
     interval_68: Floats
     interval_95: Floats
     told_by: tuple[str, ...]
+    information: Information
     shifts: tuple[Shift, ...]
     switches: pd.DataFrame
     curve: pd.DataFrame
@@ -137,6 +141,7 @@ class SoilFit:
             "shifts": {s.name: {"shift": s.shift, "std": s.std} for s in self.shifts},
             "switches": self.switches.to_dict("records"),
             "discrepancy": {"travel": self.discrepancy.travel, "force": self.discrepancy.force},
+            "information": self.information.to_json(),
             "rises": {f"{100 * level:.0f}": rise for level, rise in self.rises.items()},
             "residual_rms_N": self.residual_rms_N,
             "chi2_reduced": self.chi2_reduced,

@@ -206,6 +206,7 @@ def _result(
         interval_68=inner,
         interval_95=outer,
         told_by=tuple(told.told_by(name) for name in names),
+        information=told,
         shifts=_shifts(objective, fine),
         switches=_switches(objective, fine),
         curve=pd.DataFrame(dict(zip(CURVE_COLUMNS, rows, strict=True))),
