@@ -238,7 +238,11 @@ def report(
     folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
     out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
 ) -> None:
-    """Write the report page again: of one test, or of several compared."""
+    """Write the report page again: of one test, or of several together.
+
+    Several: which repeat each other, their repeatability, the effect of depth, the mean error of the model;
+    every number of the page stands beside it as .json and .csv.
+    """
     with command() as talk, said_once():
         from ploughval.report import write_report
         from ploughval.run.results import results_of
