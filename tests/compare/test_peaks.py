@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from ploughval.compare.force.curve import Curve, measured_curve, model_curve
-from ploughval.compare.force.peaks import aligned_u, find_extremes, least_prominence
+from ploughval.compare.force.peaks import find_extremes, least_prominence
+from ploughval.compare.force.reading import read_force
 from ploughval.compare.force.scalars import force_quantities
 
 # P0 = 10 at the start, down to 5 at 1 mm, up to 18 at 38, down to 8 at 39, up to 26 at 95, and so on.
@@ -96,7 +97,7 @@ def test_a_rebound_within_a_fall_belongs_to_it():
 
 def test_scalars_of_the_saw_tooth_are_exact():
     curve = exact_curve()
-    found = force_quantities(curve, find_extremes(curve, 1.0), 30.0)
+    found = force_quantities(read_force(curve, 1.0, 30.0), 30.0)
     work = 0.5 * np.sum((CORNERS_F[1:] + CORNERS_F[:-1]) * np.diff(CORNERS_U))
     assert found["work_mJ"].value == pytest.approx(work, rel=1e-12)
     assert found["force_mean_N"].value == pytest.approx(work / 110, rel=1e-12)
@@ -111,7 +112,7 @@ def test_scalars_of_the_saw_tooth_are_exact():
 
 def test_a_history_without_peaks_has_a_mean_but_no_peak_scalars():
     rising = model_curve(pd.DataFrame({"u_mm": [0.0, 20.0], "force_N": [0.0, 9.0]}), 0.0)
-    found = force_quantities(rising, find_extremes(rising, 1.0), 30.0)
+    found = force_quantities(read_force(rising, 1.0, 30.0), 30.0)
     assert found["force_mean_N"].value == pytest.approx(4.5)
     assert found["peaks_count"].value == 0
     for name in ("first_trough_N", "first_switch_u_mm", "peak_spacing_mm", "first_switch_drop_N"):
@@ -125,15 +126,9 @@ def test_the_stated_uncertainty_of_the_mean_covers_offset_and_noise():
         table = noisy_record(noise_N=0.2, seed=seed).iloc[:4000]
         table = table.assign(force_N=table["force_N"] + 0.1 * rng.normal(), force_std_N=np.hypot(0.2, 0.1))
         curve = measured_curve(table, 30.0)
-        mean = force_quantities(curve, find_extremes(curve, 2.0), 30.0)["force_mean_N"]
+        mean = force_quantities(read_force(curve, 2.0, 30.0), 30.0)["force_mean_N"]
         grid = np.linspace(curve.u_mm[0], curve.end_mm, 20001)
         errors.append(mean.value - np.trapezoid(saw(grid), grid) / (grid[-1] - grid[0]))
         stds.append(mean.std)
     # 60 draws of a normal error: the ratio of its scatter to the stated value lies in 1 +- 0.28 (3 sigma).
     assert np.std(errors) / np.mean(stds) == pytest.approx(1.0, abs=0.28)
-
-
-def test_alignment_puts_peak_on_peak_and_shifts_what_follows():
-    u = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
-    mapped = aligned_u(u, np.array([20.0]), np.array([30.0]))
-    assert mapped.tolist() == [0.0, 15.0, 30.0, 40.0, 50.0]

@@ -10,7 +10,7 @@ from ploughval.compare.bands.metrics import band_metrics
 from ploughval.compare.case import Case
 from ploughval.compare.ensemble import draw_ensemble
 from ploughval.compare.force.curve import measured_curve
-from ploughval.compare.force.metrics import force_metrics
+from ploughval.compare.force.metrics import compare_force
 from ploughval.compare.friction_metrics import friction_metrics
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
 from ploughval.compare.mobilised import mobilised_table
@@ -36,6 +36,10 @@ class Comparison:
         band, u_start_mm, u_end_mm, beta_deg, outcrop_x_mm of either side (_experiment, _model).
     peaks : DataFrame or None
         source (experiment or model), kind (peak or trough), u_mm, force_N and what describes them.
+    peak_pairs : DataFrame or None
+        Switches of both sides that match: place, height, drop and spacing, their errors and uncertainties.
+    force_envelope : DataFrame or None
+        The model's force with the limits that its inputs leave, by travel.
     """
 
     metrics: tuple[Metric, ...]
@@ -43,6 +47,8 @@ class Comparison:
     layer_distances: pd.DataFrame | None = None
     band_pairs: pd.DataFrame | None = None
     peaks: pd.DataFrame | None = None
+    peak_pairs: pd.DataFrame | None = None
+    force_envelope: pd.DataFrame | None = None
 
 
 def compare_test(
@@ -80,9 +86,9 @@ def compare_test(
     case = Case(scene, history, draw_ensemble(scene, history, end_mm))
     curve = None if force is None else measured_curve(force, case.depth_mm)
     metrics: list[Metric] = []
-    peaks = pairs = mobilised = table = None
+    peaks = switches = envelope = pairs = mobilised = table = None
     if curve is not None:
-        found, peaks = force_metrics(case, curve)
+        found, peaks, switches, envelope = compare_force(case, curve)
         metrics += found
     if bands is not None:
         found, pairs = band_metrics(case, bands, [t for t in (layers, surface) if t is not None])
@@ -95,7 +101,15 @@ def compare_test(
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
         mobilised = mobilised_table(scene, curve, bands, surface)
         metrics += friction_metrics(case, mobilised)
-    return Comparison(tuple(metrics), mobilised, table, pairs, peaks)
+    return Comparison(
+        tuple(metrics),
+        mobilised=mobilised,
+        layer_distances=table,
+        band_pairs=pairs,
+        peaks=peaks,
+        peak_pairs=switches,
+        force_envelope=envelope,
+    )
 
 
 def metrics_mapping(comparison: Comparison) -> dict[str, dict[str, Any]]:

@@ -93,11 +93,12 @@ class Ensemble(Sequence["History"]):
         names = dict.fromkeys([*centre, *(name for one in drawn for name in one)])
         nan = float("nan")
         return {
-            name: self._spread_of(centre.get(name, nan), np.array([one.get(name, nan) for one in drawn]))
+            name: self.spread_of(centre.get(name, nan), np.array([one.get(name, nan) for one in drawn]))
             for name in names
         }
 
-    def _spread_of(self, centre: float, drawn: Floats) -> Spread:
+    def spread_of(self, centre: float, drawn: Floats) -> Spread:
+        """Spread of one value: its draws, one a history, about what the stated inputs give."""
         if drawn.size == 0:
             return NO_SPREAD
         having = np.isfinite(drawn)

@@ -73,21 +73,46 @@ def find_extremes(curve: Curve, prominence_N: float, *, rebound_mm: float = 0.0)
     lows = _lows(force, tops)
     inner = lows < force.size - 1
     both = np.concatenate([tops, lows])
-    peaks = _table(curve, tops, both, "peak")
-    troughs = _table(curve, lows, both, "trough")
-    peaks["prominence_N"] = prominences
-    peaks["drop_N"] = peaks["force_N"] - troughs["force_N"]
-    fresh = [table["force_std_N"] ** 2 - table["shared_std_N"] ** 2 for table in (peaks, troughs)]
-    peaks["drop_std_N"] = np.sqrt(np.maximum(fresh[0] + fresh[1], 0.0))
-    troughs = troughs[inner]
-    for table in (peaks, troughs):
-        u, std = table["u_mm"].to_numpy(), table["u_std_mm"].to_numpy()
-        table["spacing_mm"] = np.append(np.diff(u), np.nan)[: len(table)]
-        table["spacing_std_mm"] = np.append(np.hypot(std[1:], std[:-1]), np.nan)[: len(table)]
-    table = pd.concat([peaks, troughs], ignore_index=True).sort_values(
-        "u_mm", kind="stable", ignore_index=True
+    peaks, troughs = _Extremes.of(curve, tops, both, 1), _Extremes.of(curve, lows, both, -1)
+    drop = peaks.force_N - troughs.force_N
+    drop_std = np.hypot(peaks.fresh_std_N, troughs.fresh_std_N)
+    troughs = _Extremes._make(values[inner] for values in troughs)
+    unknown = np.full((3, int(inner.sum())), np.nan)
+    columns = [
+        np.concatenate(pair)
+        for pair in zip(
+            (*peaks[:4], prominences, drop, drop_std, *_spacings(*peaks[:2])),
+            (*troughs[:4], *unknown, *_spacings(*troughs[:2])),
+            strict=True,
+        )
+    ]
+    kind = np.repeat(["peak", "trough"], [tops.size, int(inner.sum())])
+    order = np.argsort(columns[0], kind="stable")
+    return pd.DataFrame(
+        {name: values[order] for name, values in zip(PEAK_COLUMNS, (kind, *columns), strict=True)}
     )
-    return table.reindex(columns=list(PEAK_COLUMNS))
+
+
+class _Extremes(NamedTuple):
+    """Extremes of one kind; all (K,). ``fresh_std_N`` is the part of the force's that is not shared."""
+
+    u_mm: Floats
+    u_std_mm: Floats
+    force_N: Floats
+    force_std_N: Floats
+    fresh_std_N: Floats
+
+    @classmethod
+    def of(cls, curve: Curve, places: NDArray[np.intp], extremes: NDArray[np.intp], sign: int) -> "_Extremes":
+        rows = np.array([_extreme(curve, int(k), sign, extremes) for k in places]).reshape(-1, 4)
+        fresh = np.sqrt(np.maximum(rows[:, 3] ** 2 - curve.shared_std_N[places] ** 2, 0.0))
+        return cls(*rows.T, fresh)
+
+
+def _spacings(u_mm: Floats, std_mm: Floats) -> tuple[Floats, Floats]:
+    """Travel to the next place, NaN for the last, with its uncertainty."""
+    gaps = np.append(np.diff(u_mm), np.nan)[: u_mm.size]
+    return gaps, np.append(np.hypot(std_mm[1:], std_mm[:-1]), np.nan)[: u_mm.size]
 
 
 def _lows(force: Floats, tops: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -113,14 +138,6 @@ def _without_rebounds(curve: Curve, tops: NDArray[np.intp], rebound_mm: float) -
         kept.append(j)
         floor = curve.force_N[low]
     return np.array(kept, dtype=np.intp)
-
-
-def _table(curve: Curve, places: NDArray[np.intp], extremes: NDArray[np.intp], kind: str) -> pd.DataFrame:
-    """Rows of extremes of one kind, with the part of the force's uncertainty that is shared."""
-    sign = 1 if kind == "peak" else -1
-    rows = [(*_extreme(curve, int(k), sign, extremes), float(curve.shared_std_N[k])) for k in places]
-    names = ["u_mm", "u_std_mm", "force_N", "force_std_N", "shared_std_N"]
-    return pd.DataFrame(rows, columns=names, dtype=np.float64).assign(kind=kind)
 
 
 def _extreme(
@@ -149,19 +166,3 @@ def _near(curve: Curve, k: int, sign: int) -> tuple[int, int]:
     right = int(away[away > k].min(initial=force.size)) - 1
     near = left + np.flatnonzero(force[left : right + 1] >= limit)
     return int(near[0]), int(near[-1])
-
-
-def common_grid(first: Curve, second: Curve, limit_mm: float) -> Floats:
-    """Travels at which two curves are compared: even steps over what both cover up to a limit."""
-    start = max(float(first.u_mm[0]), float(second.u_mm[0]))
-    step = max(first.step_mm, second.step_mm, (limit_mm - start) / 5000)
-    return np.linspace(start, limit_mm, max(int((limit_mm - start) / step), 1) + 1)
-
-
-def aligned_u(u_mm: Floats, to_mm: Floats, from_mm: Floats) -> Floats:
-    """Travel of one curve at the same stage between peaks: piecewise linear, shifted beyond the last."""
-    count = min(len(to_mm), len(from_mm))
-    to_mm, from_mm = np.append(0.0, to_mm[:count]), np.append(0.0, from_mm[:count])
-    keep = np.append(True, np.diff(to_mm) > 0)
-    mapped = np.interp(u_mm, to_mm[keep], from_mm[keep])
-    return np.asarray(np.where(u_mm > to_mm[-1], u_mm - to_mm[-1] + from_mm[-1], mapped))

@@ -8,11 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve
-from ploughval.compare.force.initial import Initial, find_initial
+from ploughval.compare.force.initial import Initial
 from ploughval.compare.force.peaks import MISSING, Quantity
+from ploughval.compare.force.period import dominant_period
+from ploughval.compare.force.reading import Reading
 
 Floats = NDArray[np.float64]
-REBOUND_DEPTHS = 0.1  # a lower peak so soon after another is part of its fall
 
 
 class Shared(NamedTuple):
@@ -23,16 +24,14 @@ class Shared(NamedTuple):
 
 
 def force_quantities(
-    curve: Curve, extremes: pd.DataFrame, depth_mm: float, *, limit_mm: float | None = None
+    reading: Reading, depth_mm: float, *, limit_mm: float | None = None
 ) -> Mapping[str, Quantity]:
     """Scalars of a force history.
 
     Parameters
     ----------
-    curve : Curve
-        Up to the travel that both sides have in common.
-    extremes : DataFrame
-        PEAK_COLUMNS, of the same curve.
+    reading : Reading
+        Curve up to the travel that both sides have in common, extremes and initial force.
     depth_mm : float
         Depth of the tip.
     limit_mm : float or None
@@ -43,11 +42,8 @@ def force_quantities(
     mapping of str to Quantity
         NaN where the history has no such value. Values in P0 are over this history's own initial force.
     """
-    initial = find_initial(curve, extremes, depth_mm)
-    peaks = extremes[extremes["kind"] == "peak"]
-    switches = peaks[peaks.index > initial.row] if initial.row >= 0 else peaks
-    lows = extremes[(extremes["kind"] == "trough") & (extremes.index > initial.row)]
-    trough = lows.iloc[:1] if initial.row >= 0 else lows.iloc[:0]
+    curve, initial = reading.curve, reading.initial
+    peaks, switches, trough = reading.peaks, reading.switches, reading.first_trough
     whole = limit_mm is None or curve.end_mm >= limit_mm * (1 - 1e-6)
     mean = _mean(curve) if whole else MISSING
     shared = shared_parts(curve)
@@ -65,11 +61,12 @@ def force_quantities(
         "first_switch_drop_N": _entry(switches, "drop_N", "drop_std_N"),
         "peaks_count": Quantity(float(len(peaks)), 0.0) if whole else MISSING,
         "peak_spacing_mm": mean_spacing(peaks),
+        "dominant_period_mm": dominant_period(curve, len(switches)) if whole else MISSING,
     }
     for name in ("force_mean", "first_trough", "first_switch"):
         found[f"{name}_P0"] = in_P0(found[f"{name}_N"])
     found["first_switch_drop_P0"] = over_initial(found["first_switch_drop_N"], initial, shared, offsets=0.0)
-    for name in ("first_switch_u", "peak_spacing"):
+    for name in ("first_switch_u", "peak_spacing", "dominant_period"):
         value, std = found[f"{name}_mm"]
         found[f"{name}_d"] = Quantity(value / depth_mm, std / depth_mm)
     travel = curve.end_mm / depth_mm

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.compare.force.alignment import aligned_u
 from ploughval.compare.force.curve import Curve, measured_curve
-from ploughval.compare.force.peaks import aligned_u, find_extremes, least_prominence
+from ploughval.compare.force.peaks import find_extremes, least_prominence
 from ploughval.compare.several.pooling import Pooled, pool
 from ploughval.compare.several.record import Record
 
