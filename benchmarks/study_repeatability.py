@@ -196,7 +196,9 @@ def draw_figures(found: SeveralFindings, out: Path) -> None:
     trends = [trend for trend in found.trends if trend.metric in SHOWN]
     saved(trends_figure(trends), out / "depth.svg")
     saved(power_figure(next(t for t in trends if t.metric == "first_peak_N")), out / "power.svg")
-    saved(errors_figure([error for error in found.errors if error.judged]), out / "errors.svg")
+    saved(
+        errors_figure([error for error in found.errors if error.mean_agrees is not None]), out / "errors.svg"
+    )
 
 
 def main() -> None:

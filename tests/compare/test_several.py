@@ -207,16 +207,11 @@ def test_what_a_test_does_not_state_is_a_level_of_its_own():
 
 
 def test_the_same_files_twice_are_one_test():
-    files = {"test.toml": "1", "loadcells.csv": "aa"}
-    tests = [
-        record(inputs=files),
-        record(inputs={**files, "test.toml": "2"}),
-        record(inputs={"loadcells.csv": "bb"}),
-    ]
+    tests = [record(inputs={"log.csv": digest, "a.png": "cc"}) for digest in ("aa", "aa", "bb")]
     grouping = group_tests(tests)
     assert grouping.copies == {1: 0}
     assert grouping.groups[0].members == (0, 2)
-    assert group_tests([record(inputs={"test.toml": "1"})] * 2).copies == {}
+    assert group_tests([record(), record()]).copies == {}
 
 
 def test_rules_of_the_model_do_not_part_repeats_but_are_named():
@@ -326,6 +321,10 @@ def test_mean_error_agrees_where_zero_lies_within_its_interval():
         return [record(values={"beta_deg": v}) for v in value]
 
     assert mean_errors(range(3), tests(0.2))[0].mean_agrees is True
+    apart = Value("mm", error=0.4, experiment_std=0.3, model_std=0.1, validation_std=0.32, agrees=True)
+    rms = mean_errors(range(2), [record(values={"layers_rms_mm": apart})] * 2)[0]
+    assert rms.distance
+    assert rms.mean_agrees is None  # never negative: its mean cannot be 0
     far = mean_errors(range(3), tests(3.0))[0]
     assert far.mean_agrees is False
     assert (far.agree, far.judged) == (0, 3)

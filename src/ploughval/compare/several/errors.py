@@ -32,7 +32,9 @@ class MeanError:
     low, high : float
         95 % interval of the mean error with scatter, the model's side and what measurements may share.
     mean_agrees : bool or None
-        Whether zero lies within.
+        Whether zero lies within; None where it cannot be told, and for a distance.
+    distance : bool
+        Whether the metric is itself a difference (an rms): its mean is never zero.
     agree, judged : int
         Tests that agree by themselves, of those that can be judged.
     """
@@ -47,6 +49,7 @@ class MeanError:
     low: float
     high: float
     mean_agrees: bool | None
+    distance: bool
     agree: int
     judged: int
 
@@ -84,10 +87,12 @@ def _mean_error(name: str, known: dict[int, Value], records: Sequence[Record]) -
     shared = 0.0 if np.isnan(pooled.shared_std) else pooled.shared_std
     reach = float(np.hypot(pooled.half_width, _TWO_SIDED * np.hypot(common, shared)))
     judged = [v.agrees for v in values if v.agrees is not None]
+    distance = all(np.isnan(v.experiment) for v in values)
+    told = np.isfinite(reach) and judged and not distance
     return MeanError(
         name, values[0].unit, tuple(known), tuple(v.error for v in values),
         tuple(v.validation_std for v in values), pooled, common, pooled.pooled - reach, pooled.pooled + reach,
-        abs(pooled.pooled) <= reach if np.isfinite(reach) and judged else None, sum(judged), len(judged),
+        abs(pooled.pooled) <= reach if told else None, distance, sum(judged), len(judged),
     )  # fmt: skip
 
 

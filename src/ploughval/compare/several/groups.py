@@ -129,7 +129,7 @@ def _copies(records: Sequence[Record]) -> dict[int, int]:
     first: dict[Hashable, int] = {}
     copies = {}
     for place, record in enumerate(records):
-        measured = frozenset(digest for name, digest in record.inputs.items() if not name.endswith(".toml"))
+        measured = frozenset(record.inputs.values())
         if measured and first.setdefault(measured, place) != place:
             copies[place] = first[measured]
     return copies

@@ -69,7 +69,7 @@ class Record:
     P0_N : float, N
         What peaks of the force are judged by; NaN unknown.
     inputs : mapping of str to str
-        Digests of the input files.
+        Digests of the files that were measured from, without settings.
     """
 
     name: str

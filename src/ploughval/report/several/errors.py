@@ -29,7 +29,7 @@ def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     """Mean error of every metric; absent where no two tests have one."""
     if not found.errors:
         return None
-    judged = [error for error in found.errors if error.judged]
+    judged = [error for error in found.errors if error.mean_agrees is not None]
     drawings = []
     if judged:
         outside = [label(error.metric) for error in judged if error.mean_agrees is False]
@@ -45,7 +45,7 @@ def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
 def _row(error: MeanError) -> list[Cell]:
     pooled = error.pooled
     words = {True: ("yes", "agrees"), False: ("no", "differs"), None: ("unknown", "unknown")}
-    word, mark = words[error.mean_agrees]
+    word, mark = ("a distance", "") if error.distance else words[error.mean_agrees]
     agree = f"{error.agree} / {error.judged}" if error.judged else ""
     return [
         Cell(metric_words(error.metric, error.scale)),

@@ -107,14 +107,14 @@ def _names(tests: Sequence[Results]) -> list[str]:
 
 def _record(name: str, test: Results) -> Record:
     metrics = {} if test.metrics is None else by_topic(test.metrics.metrics)
-    inputs = dict(test.run.inputs) or {"results": str(test.folder.resolve())}
+    inputs = {file: digest for file, digest in test.run.inputs.items() if not file.endswith(".toml")}
     return Record(
         name=name,
         settings=test.run.settings,
         values={key: _value(metric) for key, metric in metrics.items()},
         force=test.force,
         P0_N=NAN if test.P0_N is None else test.P0_N,
-        inputs=inputs,
+        inputs=inputs or {"results": str(test.folder.resolve())},
     )
 
 
