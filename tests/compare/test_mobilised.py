@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from ploughval.axes import BAND_COLUMNS
 from ploughval.compare.force.curve import model_curve
-from ploughval.compare.mobilised import mobilised_friction, mobilised_table
+from ploughval.compare.mobilised.frames import mobilised_table
+from ploughval.compare.mobilised.inversion import mobilised_friction
 from ploughval.scene import Scene
 
 

@@ -1,0 +1,112 @@
+"""Friction mobilised in every photograph: band, surface and force at its moment."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ploughval.compare.force.curve import Curve
+from ploughval.compare.mobilised.curve import SeenSurface, seen_blocks, seen_surface
+from ploughval.compare.mobilised.inversion import mobilised_friction
+from ploughval.compare.mobilised.sources import input_stds, respond, weight_of
+from ploughval.compare.mobilised.track import track_block
+from ploughval.scene import Scene
+
+Floats = NDArray[np.float64]
+MOBILISED_COLUMNS = (
+    "frame", "u_mm", "band", "slip_mm", "phi_deg", "phi_std_deg", "beta_deg", "weight_N", "force_N", "status",
+)  # fmt: skip
+
+
+def mobilised_table(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.DataFrame) -> pd.DataFrame:
+    """Mobilised friction for every frame with a measured surface.
+
+    The band's outcrop keeps its place in the box, so that the inclination in a frame follows from the
+    outcrop, the height of the measured surface there and the tip.
+
+    Parameters
+    ----------
+    scene : Scene
+        Soil (unit weight, wall friction), blade (width, depth) and their uncertainties.
+    force : Curve
+        Measured force.
+    bands : DataFrame
+        BAND_COLUMNS, measured.
+    surface : DataFrame
+        SURFACE_COLUMNS, measured, and std_mm where it is known; rows of NaN are holes.
+
+    Returns
+    -------
+    DataFrame
+        MOBILISED_COLUMNS; NaN where any part is missing, and ``status`` names it: ok, no_band, no_force,
+        no_surface. ``phi_std_deg`` holds every source of docs/theory-mobilised.md, section 3.
+    """
+    if scene.soil is None:
+        raise ValueError("mobilised friction needs [soil]")
+    seen = seen_surface(surface)
+    table = pd.DataFrame({"frame": seen.frames, "u_mm": seen.u_mm})
+    for name in MOBILISED_COLUMNS[2:-1]:
+        table[name] = np.nan
+    table["force_N"] = force.at(seen.u_mm)[0] / scene.soil.horizontal_share
+    table["status"] = "no_band"
+    active = _active(seen.u_mm, bands)
+    for row in range(len(bands)):
+        _fill(table, scene, force, bands.iloc[row], seen, np.flatnonzero(active == row))
+    table["slip_mm"] = _slip(table, bands)
+    return table[list(MOBILISED_COLUMNS)]
+
+
+def _active(u_mm: Floats, bands: pd.DataFrame) -> NDArray[np.int64]:
+    """Row of the band that is active at each travel, -1 where there is none with an outcrop."""
+    active = np.full(len(u_mm), -1)
+    outcrops = bands["outcrop_x_mm"].to_numpy(dtype=np.float64)
+    for row, (start, end) in enumerate(bands[["u_start_mm", "u_end_mm"]].itertuples(index=False, name=None)):
+        active[(start <= u_mm) & (u_mm <= end)] = row if np.isfinite(outcrops[row]) else -1
+    return active
+
+
+def _fill(
+    table: pd.DataFrame,
+    scene: Scene,
+    force: Curve,
+    band: pd.Series,
+    seen: SeenSurface,
+    rows: NDArray[np.int64],
+) -> None:
+    """Write what is known of the frames in which a band is active."""
+    soil = scene.soil
+    if soil is None or not rows.size:
+        return
+    table.loc[rows, "band"] = float(band["band"])
+    table.loc[rows, "status"] = "no_surface"
+    part = SeenSurface(seen.frames[rows], seen.u_mm[rows], tuple(seen.lines[k] for k in rows))
+    outcrop = float(band["outcrop_x_mm"])
+    u, blocks = seen_blocks(scene, part, outcrop, (-np.inf, np.inf))
+    if not blocks:
+        return
+    known = rows[np.isin(part.u_mm, u)]
+    track = track_block(u, u, blocks, outcrop, float("nan"))
+    F, _ = force.at(u)
+    noise = np.interp(u, force.u_mm, force.noise_std_N)
+    weight, beta, wall = weight_of(scene, soil, track), track.beta_deg, soil.wall_friction_deg
+    stds = input_stds(scene, soil, force, seen.std_mm, float(band["outcrop_std_mm"]))
+    phi = mobilised_friction(F / soil.horizontal_share, weight, beta, wall)
+    std = respond(scene, soil, stds, track, (F, noise)).std
+    table.loc[known, "beta_deg"], table.loc[known, "weight_N"] = beta, weight
+    table.loc[known, "phi_deg"], table.loc[known, "phi_std_deg"] = (
+        phi,
+        np.where(np.isfinite(phi), std, np.nan),
+    )
+    table.loc[known, "status"] = np.where(np.isfinite(F), "ok", "no_force")
+
+
+def _slip(table: pd.DataFrame, bands: pd.DataFrame) -> Floats:
+    """Slip gathered on the active band since it began, mm: the integral of du / cos beta over its frames."""
+    slip = np.full(len(table), np.nan)
+    starts = bands.set_index("band")["u_start_mm"]
+    for band, part in table[table["beta_deg"].notna()].groupby("band", sort=True):
+        u = part["u_mm"].to_numpy(dtype=np.float64)
+        rate = 1 / np.cos(np.radians(part["beta_deg"].to_numpy(dtype=np.float64)))
+        first = (u[0] - float(starts.loc[band])) * rate[0]
+        steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(u)
+        slip[part.index.to_numpy()] = np.cumsum(np.append(first, steps))
+    return slip

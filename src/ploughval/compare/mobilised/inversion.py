@@ -1,0 +1,80 @@
+"""The mechanism (Kashizadeh et al. 2014, eq. 1) solved for the friction angle, and what moves it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def mobilised_friction(
+    force_N: float | Floats,
+    weight_N: float | Floats,
+    beta_deg: float | Floats,
+    wall_friction_deg: float = 0.0,
+) -> Floats:
+    """Friction angle at which a block of a weight on a band slides under the blade's force P, in degrees.
+
+    Equilibrium of the block, P = W t / (cos phi_w - sin phi_w t) with t = tan(beta + phi), solved:
+    t = P cos phi_w / (W + P sin phi_w). The paper's eq. (1) prints beta + phi_w in the denominator;
+    equilibrium has beta + phi there.
+
+    Parameters
+    ----------
+    force_N : float or (N,) float, N
+        Force P of the blade, inclined by the wall friction.
+    weight_N : float or (N,) float, N
+        Weight W of the block, with any load upon it.
+    beta_deg : float or (N,) float, degrees
+        Inclination of the band.
+    wall_friction_deg : float, degrees
+        Friction angle between blade and sand.
+
+    Returns
+    -------
+    (N,) float, degrees
+
+    >>> float(mobilised_friction(10.0, 10.0, 20.0).round(9))
+    25.0
+    """
+    wall = np.radians(wall_friction_deg)
+    P, W = np.asarray(force_N, dtype=np.float64), np.asarray(weight_N, dtype=np.float64)
+    return np.asarray(np.degrees(np.arctan2(P * np.cos(wall), W + P * np.sin(wall))) - beta_deg)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slopes:
+    """Derivatives of the mobilised friction; all (N,): degrees per N, per N, per degree.
+
+    By the horizontal force F = P cos phi_w (what load cells measure), by the weight, and by the wall's
+    friction angle at that F. By the inclination it is -1.
+    """
+
+    force: Floats
+    weight: Floats
+    wall: Floats
+
+
+def slopes(horizontal_N: Floats, weight_N: Floats, wall_friction_deg: float) -> Slopes:
+    """Derivatives of phi = atan(F / (W + F tan phi_w)) - beta; docs/theory-mobilised.md, eq. (6).
+
+    Parameters
+    ----------
+    horizontal_N : (N,) float, N
+        Horizontal force F on the blade.
+    weight_N : (N,) float, N
+        Weight of the block.
+    wall_friction_deg : float, degrees
+        Friction angle between blade and sand.
+
+    Returns
+    -------
+    Slopes
+    """
+    F, W, wall = horizontal_N, weight_N, np.radians(wall_friction_deg)
+    down = W + F * np.tan(wall)
+    square = F**2 + down**2
+    return Slopes(
+        np.degrees(W / square), -np.degrees(F / square), np.asarray(-(F**2) / (np.cos(wall) ** 2 * square))
+    )

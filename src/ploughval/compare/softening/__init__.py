@@ -1,0 +1,1 @@
+"""Peak, residual and mobilization length from mobilised friction: docs/theory-mobilised.md, section 4."""
