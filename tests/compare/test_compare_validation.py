@@ -1,9 +1,9 @@
-"""Verdicts at the boundary, and areas in closed form."""
+"""Verdicts at the boundary."""
 
 import numpy as np
 import pytest
 
-from ploughval.compare.validation import area_metric, distance, judge, verdict
+from ploughval.compare.validation import distance, judge, verdict
 
 
 def test_the_verdict_turns_at_twice_the_validation_uncertainty():
@@ -27,20 +27,3 @@ def test_what_is_unknown_is_not_judged():
     assert distance("layers_rms_mm", 0.1, experiment_std=np.nan, numerical_std=0.1).agrees is None
     assert distance("layers_rms_mm", 0.2, experiment_std=0.1, numerical_std=0.0).agrees is True
     assert verdict(np.nan, 1.0) is None
-
-
-def test_the_area_between_two_normal_distributions_matches_its_integral():
-    x = np.linspace(-60, 60, 240_001)
-    from scipy.stats import norm
-
-    for error, a, b in ((0.0, 1.0, 3.0), (2.0, 0.5, 0.5), (-1.5, 2.0, 0.7), (4.0, 1e-9, 1.0)):
-        area = np.trapezoid(np.abs(norm.cdf(x, 0, a) - norm.cdf(x, error, b)), x)
-        # The trapezoid rule with steps of 0.0005 is good to that step where one distribution is a jump.
-        assert area_metric(np.array([error]), np.array([a]), np.array([b]))[0] == pytest.approx(
-            area, abs=5e-4
-        )
-
-
-def test_without_uncertainty_the_area_is_the_error():
-    zero = np.zeros(3)
-    assert area_metric(np.array([-2.0, 0.0, 1.0]), zero, zero).tolist() == [2.0, 0.0, 1.0]

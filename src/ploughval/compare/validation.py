@@ -1,14 +1,11 @@
-"""Error against uncertainty (ASME V&V 20-2009, eqs 1-5-3 and 1-5-10), and the area metric of histories."""
+"""Error against uncertainty (ASME V&V 20-2009, eqs 1-5-3 and 1-5-10)."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import erf
 
 from ploughval.axes import unit_of
 
-Floats = NDArray[np.float64]
 NAN = float("nan")
 _COVERAGE = 2.0
 
@@ -115,17 +112,3 @@ def verdict(error: float, validation_std: float) -> bool | None:
     if not (np.isfinite(error) and np.isfinite(validation_std)):
         return None
     return bool(abs(error) <= _COVERAGE * validation_std)
-
-
-def area_metric(error: Floats, experiment_std: Floats, model_std: Floats) -> Floats:
-    """Area between the two cumulative distributions, taken normal, at every point of a history.
-
-    For normal distributions it is the mean of |error + (s_model - s_experiment) Z|, a folded normal; it is
-    |error| where both uncertainties are the same (Ferson, Oberkampf & Ginzburg 2008, eq. 4).
-    """
-    spread = np.abs(model_std - experiment_std)
-    size = np.abs(error)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        z = size / (np.sqrt(2.0) * spread)
-        folded = spread * np.sqrt(2.0 / np.pi) * np.exp(-(z**2)) + size * erf(z)
-    return np.where(spread > 0, folded, size)

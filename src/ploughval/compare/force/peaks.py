@@ -105,8 +105,9 @@ class _Extremes(NamedTuple):
     @classmethod
     def of(cls, curve: Curve, places: NDArray[np.intp], extremes: NDArray[np.intp], sign: int) -> "_Extremes":
         rows = np.array([_extreme(curve, int(k), sign, extremes) for k in places]).reshape(-1, 4)
-        fresh = np.sqrt(np.maximum(rows[:, 3] ** 2 - curve.shared_std_N[places] ** 2, 0.0))
-        return cls(*rows.T, fresh)
+        u, u_std, force, std = rows.T
+        fresh = np.sqrt(np.maximum(std**2 - curve.shared_std_N[places] ** 2, 0.0))
+        return cls(u, u_std, force, std, fresh)
 
 
 def _spacings(u_mm: Floats, std_mm: Floats) -> tuple[Floats, Floats]:

@@ -1,0 +1,119 @@
+"""Matched switches of made histories whose differences are known, and what is left when they coincide."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ploughval.compare.ensemble import Ensemble
+from ploughval.compare.force.alignment import aligned_u, log_stretch
+from ploughval.compare.force.curve import model_curve
+from ploughval.compare.force.envelope import envelope_table
+from ploughval.compare.force.history import common_histories, history_metrics
+from ploughval.compare.force.pairs import match_places, match_switches, pair_metrics, pair_table
+from ploughval.compare.force.reading import read_force
+from ploughval.compare.inputs import Input
+
+U = np.array([0.0, 1.0, 38.0, 39.0, 95.0, 96.0, 110.0])
+F = np.array([10.0, 5.0, 18.0, 8.0, 26.0, 12.0, 14.0])
+DEPTH = 30.0
+
+
+def reading(stretch=1.0, scale=1.0, limit=100.0):
+    curve = model_curve(pd.DataFrame({"u_mm": U * stretch, "force_N": F * scale}), 0.0)
+    return read_force(curve.until(limit), 1.0, DEPTH)
+
+
+def matched(measured, model, drawn=()):
+    return match_switches(measured, model, drawn, depth_mm=DEPTH, tolerance=1e-3)
+
+
+def ensemble(drawn):
+    """Draws of one input; their histories are not looked at here."""
+    values = np.linspace(-1, 1, len(drawn))[:, None]
+    return Ensemble((Input("unit_weight_kN_m3", 16.0, 0.5, 0.0),), values, tuple(drawn), None)
+
+
+def test_as_many_as_possible_match_in_order_and_the_rest_is_alone():
+    assert match_places(np.array([38.0, 98.0]), np.array([25.0, 60.0, 90.0]), 30.0) == ((0, 0), (1, 2))
+    # Two and two within the gate: first to first, though the second lies nearer to the first.
+    assert match_places(np.array([10.0, 30.0]), np.array([28.0, 55.0]), 30.0) == ((0, 0), (1, 1))
+    assert match_places(np.array([10.0]), np.array([50.0]), 30.0) == ()
+    assert match_places(np.empty(0), np.array([50.0]), 30.0) == ()
+
+
+def test_differences_of_matched_switches_are_those_that_were_made():
+    measured, model = reading(), reading(1.05, 1.1, limit=104.0)
+    pairs = matched(measured, model)
+    found = {metric.name: metric for metric in pair_metrics(pairs, ensemble([]))}
+    assert found["switches_matched_count"].experiment == 2
+    assert found["switches_u_mm"].error == pytest.approx(0.05 * (38 + 95) / 2)
+    assert found["switches_u_rms_mm"].error == pytest.approx(0.05 * np.sqrt((38**2 + 95**2) / 2))
+    assert found["switches_force_N"].error == pytest.approx(0.1 * (18 + 26) / 2)
+    assert found["switches_drop_rms_N"].error == pytest.approx(0.1 * np.sqrt((10**2 + 14**2) / 2))
+    assert found["switches_spacing_mm"].error == pytest.approx(0.05 * 57)
+    table = pair_table(pairs, measured, model)
+    assert table["switch_model"].tolist() == [1.0, 2.0]
+    np.testing.assert_allclose(table["u_mm_error"], [0.05 * 38, 0.05 * 95])
+    assert np.isnan(table["spacing_mm_error"][0])
+    assert table["u_mm_agrees"].tolist() == [False, False]
+
+
+def test_a_switch_without_partner_stands_in_the_table_alone():
+    measured, model = reading(), reading(limit=60.0)
+    table = pair_table(matched(measured, model), measured, model)
+    assert table["switch_experiment"].tolist() == [1.0, 2.0]
+    assert table["switch_model"].isna().tolist() == [False, True]
+    assert table["force_N_experiment"].tolist() == [18.0, 26.0]
+
+
+def test_drawn_switches_widen_the_model_by_their_scatter():
+    drawn = [reading(1.0, scale) for scale in np.linspace(0.9, 1.1, 21)]
+    pairs = matched(reading(), reading(), drawn)
+    found = {metric.name: metric for metric in pair_metrics(pairs, ensemble(drawn))}
+    spread = np.std(np.linspace(0.9, 1.1, 21))
+    assert found["switches_force_N"].input_std == pytest.approx(22.0 * spread)
+    assert found["switches_force_N"].dominant_input == "unit_weight_kN_m3"
+    assert found["switches_u_mm"].input_std == pytest.approx(0.0, abs=1e-9)
+
+
+def metrics_of(measured, model, drawn=()):
+    pairs = matched(measured, model, drawn)
+    histories = common_histories(measured.curve, model.curve, [one.curve for one in drawn])
+    found = history_metrics(histories, measured, model, drawn, pairs, 10.0)
+    return {metric.name: metric for metric in found}, histories
+
+
+def test_a_model_that_is_late_only_differs_in_phase():
+    found, _ = metrics_of(reading(), reading(1.04, limit=100.0))
+    assert found["force_phase_share"].error > 0.95
+    assert found["travel_stretch"].error == pytest.approx(np.log(1.04), rel=1e-6)
+    assert found["force_rms_aligned_P0"].error < 0.25 * found["force_rms_P0"].error
+
+
+def test_a_model_that_is_too_high_only_differs_in_height():
+    found, histories = metrics_of(reading(), reading(1.0, 1.1))
+    assert found["force_phase_share"].error == pytest.approx(0.0, abs=1e-9)
+    assert found["travel_stretch"].error == pytest.approx(0.0, abs=1e-12)
+    rms = 0.1 * np.sqrt(np.mean(histories.measured**2)) / 10
+    assert found["force_rms_P0"].error == pytest.approx(rms)
+    # Over its own initial force each side is the same curve.
+    assert found["force_shape_rms_P0"].error == pytest.approx(0.0, abs=1e-9)
+    assert found["area_validation_P0"].error == pytest.approx(0.1 * histories.measured.mean() / 10, rel=1e-6)
+    assert found["area_validation_percent"].error == pytest.approx(10.0, rel=1e-6)
+
+
+def test_the_area_counts_the_draws():
+    """Measured exactly in the middle of draws spread evenly over 10 %: mean distance is a quarter of it."""
+    drawn = [reading(1.0, scale) for scale in np.linspace(0.9, 1.1, 41)]
+    found, histories = metrics_of(reading(), reading(), drawn)
+    expected = np.mean(np.abs(np.linspace(-0.1, 0.1, 41))) * 100
+    assert found["area_validation_percent"].error == pytest.approx(expected, rel=1e-3)
+    table = envelope_table(histories)
+    # 95 % of an even spread of 20 %.
+    np.testing.assert_allclose((table["high_N"] - table["low_N"]) / table["force_N"], 0.19, rtol=1e-6)
+
+
+def test_alignment_puts_peak_on_peak_and_shifts_what_follows():
+    u = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
+    assert aligned_u(u, np.array([20.0]), np.array([30.0])).tolist() == [0.0, 15.0, 30.0, 40.0, 50.0]
+    np.testing.assert_allclose(log_stretch(np.array([20.0]), np.array([30.0])), [np.log(1.5)])
