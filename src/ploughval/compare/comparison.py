@@ -13,7 +13,8 @@ from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.force.metrics import compare_force
 from ploughval.compare.friction_metrics import friction_metrics
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
-from ploughval.compare.mobilised import mobilised_table
+from ploughval.compare.mobilised.frames import mobilised_table
+from ploughval.compare.softening.table import FrictionFindings, read_friction
 from ploughval.compare.validation import Metric
 from ploughval.scene import Scene
 
@@ -30,6 +31,10 @@ class Comparison:
     metrics : tuple of Metric
     mobilised : DataFrame or None
         frame, u_mm, band, slip_mm, phi_deg, phi_std_deg, beta_deg, weight_N, force_N, status.
+    mobilised_curve : DataFrame or None
+        CURVE_COLUMNS of ploughval.compare.mobilised.curve: the same by steps of travel, between photographs.
+    softening : DataFrame or None
+        SOFTENING_COLUMNS of ploughval.compare.softening.table: peak, residual and length by band.
     layer_distances : DataFrame or None
         frame, u_mm, layer, source, points, beyond, rms_mm, median_mm, p95_mm, std_mm.
     band_pairs : DataFrame or None
@@ -44,6 +49,8 @@ class Comparison:
 
     metrics: tuple[Metric, ...]
     mobilised: pd.DataFrame | None = None
+    mobilised_curve: pd.DataFrame | None = None
+    softening: pd.DataFrame | None = None
     layer_distances: pd.DataFrame | None = None
     band_pairs: pd.DataFrame | None = None
     peaks: pd.DataFrame | None = None
@@ -86,6 +93,7 @@ def compare_test(
     case = Case(scene, history, draw_ensemble(scene, history, end_mm))
     curve = None if force is None else measured_curve(force, case.depth_mm)
     metrics: list[Metric] = []
+    friction: FrictionFindings | None = None
     peaks = switches = envelope = pairs = mobilised = table = None
     if curve is not None:
         found, peaks, switches, envelope = compare_force(case, curve)
@@ -100,10 +108,13 @@ def compare_test(
         metrics += surface_metrics(case, surface)
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
         mobilised = mobilised_table(scene, curve, bands, surface)
-        metrics += friction_metrics(case, mobilised)
+        friction = read_friction(scene, curve, bands, surface)
+        metrics += friction_metrics(case, mobilised, friction)
     return Comparison(
         tuple(metrics),
         mobilised=mobilised,
+        mobilised_curve=None if friction is None else friction.curve,
+        softening=None if friction is None else friction.softening,
         layer_distances=table,
         band_pairs=pairs,
         peaks=peaks,

@@ -46,7 +46,11 @@ FILES = (
     "cell_models.csv",
     "cell_quality.csv",
     "mobilised.csv",
+    "mobilised_curve.csv",
+    "softening.csv",
     "peaks.csv",
+    "peak_pairs.csv",
+    "force_envelope.csv",
     "layer_distances.csv",
     "band_pairs.csv",
     "report.html",
@@ -162,7 +166,8 @@ def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:
     writer.json("metrics.json", {"test": scene.test.name, "metrics": metrics, "warnings": found.warnings})
     if found.comparison is None:
         return
-    for name in ("mobilised", "peaks", "layer_distances", "band_pairs"):
+    names = ("mobilised", "mobilised_curve", "softening", "peaks", "peak_pairs", "force_envelope")
+    for name in (*names, "layer_distances", "band_pairs"):
         table = getattr(found.comparison, name)
         if table is not None:
             writer.csv(f"{name}.csv", table, tuple(table.columns))

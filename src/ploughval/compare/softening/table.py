@@ -75,7 +75,7 @@ def read_friction(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.D
         if curve is None:
             continue
         fit = fit_softening([curve], depth)
-        if fit is not None and not curve.first:
+        if fit is not None and _elsewhere(curve, fit):
             # the block just before the switch stands on where that was: once more from there
             there = band_curve(scene, force, _moved(bands, row, fit.origins[0][0]), row, seen)
             curve = curve if there is None else replace(there, start_mm=curve.start_mm)
@@ -90,6 +90,12 @@ def read_friction(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.D
         rows.append(_row(ALL, together, ""))
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(CURVE_COLUMNS))
     return FrictionFindings(table, pd.DataFrame(rows, columns=list(SOFTENING_COLUMNS)))
+
+
+def _elsewhere(curve: BandCurve, fit: Softening) -> bool:
+    """Whether the friction places the start of a band off where the photographs do."""
+    apart = abs(fit.origins[0][0] - curve.start_mm)
+    return not curve.first and apart > float(curve.width_mm[0]) / 2
 
 
 def _moved(bands: pd.DataFrame, row: int, start_mm: float) -> pd.DataFrame:
