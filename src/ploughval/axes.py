@@ -84,6 +84,10 @@ UNITS = MappingProxyType(
         "_N_m": "N/m",
         "_mJ": "mJ",
         "_mm2": "mm^2",
+        "_P0": "P0",
+        "_d": "d",
+        "_per_depth": "1/d",
+        "_percent": "%",
     }
 )
 

@@ -156,6 +156,9 @@ class MetricEntry(_Entry):
     validation_std: Number = None
     agrees: bool | None = None
     note: Text = ""
+    input_std: Number = None
+    numerical_std: Number = None
+    dominant_input: Text = ""
 
 
 class MetricsRecord(_Entry):
