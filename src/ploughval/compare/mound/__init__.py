@@ -1,0 +1,1 @@
+"""The mound ahead of the blade: its height, front, slope and area, measured and predicted."""
