@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 
 import numpy as np
@@ -44,15 +45,22 @@ class Cells(HTMLParser):
         return next(row for row in self.rows if row and row[0] == first)
 
 
+USED = ("run.json", "metrics.json", "force.csv", "bands.csv", "model/force.csv", "model/bands.csv")
+
+
 @pytest.fixture
-def tests(make_results, tmp_path):
+def tests(result_folder, tmp_path):
     """Makes result folders that differ in depth and by a factor on every measured metric."""
 
     def make(specification):
         folders = []
         for number, (depth, factor) in enumerate(specification):
-            folder = make_results(tmp_path / f"r{number}", name=f"t{number}")
+            folder = tmp_path / f"r{number}"
+            (folder / "model").mkdir(parents=True, exist_ok=True)
+            for name in USED:
+                shutil.copy(result_folder / name, folder / name)
             record = json.loads((folder / "run.json").read_text())
+            record["test"] = f"t{number}"
             record["settings"]["blade"]["depth_mm"] = depth
             record["inputs"] = {"loadcells.csv": f"{number:064x}"}
             (folder / "run.json").write_text(json.dumps(record))
