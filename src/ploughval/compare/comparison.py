@@ -14,6 +14,7 @@ from ploughval.compare.force.metrics import compare_force
 from ploughval.compare.friction_metrics import friction_metrics
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
 from ploughval.compare.mobilised.frames import mobilised_table
+from ploughval.compare.mound.metrics import mound_metrics
 from ploughval.compare.softening.table import FrictionFindings, read_friction
 from ploughval.compare.validation import Metric
 from ploughval.scene import Scene
@@ -36,9 +37,11 @@ class Comparison:
     softening : DataFrame or None
         SOFTENING_COLUMNS of ploughval.compare.softening.table: peak, residual and length by band.
     layer_distances : DataFrame or None
-        frame, u_mm, layer, source, points, beyond, rms_mm, median_mm, p95_mm, std_mm.
+        DISTANCE_COLUMNS of ploughval.compare.lines.distances, a row a frame and layer.
+    mound : DataFrame or None
+        MOUND_COLUMNS of ploughval.compare.mound.history: crest, face, front, slope and area of both sides.
     band_pairs : DataFrame or None
-        band, u_start_mm, u_end_mm, beta_deg, outcrop_x_mm of either side (_experiment, _model).
+        PAIR_COLUMNS of ploughval.compare.bands.pairs: what matches what, with differences.
     peaks : DataFrame or None
         source (experiment or model), kind (peak or trough), u_mm, force_N and what describes them.
     peak_pairs : DataFrame or None
@@ -52,6 +55,7 @@ class Comparison:
     mobilised_curve: pd.DataFrame | None = None
     softening: pd.DataFrame | None = None
     layer_distances: pd.DataFrame | None = None
+    mound: pd.DataFrame | None = None
     band_pairs: pd.DataFrame | None = None
     peaks: pd.DataFrame | None = None
     peak_pairs: pd.DataFrame | None = None
@@ -80,9 +84,9 @@ def compare_test(
     bands : DataFrame or None
         BAND_COLUMNS.
     layers : DataFrame or None
-        LAYER_COLUMNS.
+        LAYER_COLUMNS; ``calibration_std_mm`` where that is known.
     surface : DataFrame or None
-        SURFACE_COLUMNS.
+        SURFACE_COLUMNS; ``std_mm`` and ``calibration_std_mm`` where they are known.
 
     Returns
     -------
@@ -94,7 +98,7 @@ def compare_test(
     curve = None if force is None else measured_curve(force, case.depth_mm)
     metrics: list[Metric] = []
     friction: FrictionFindings | None = None
-    peaks = switches = envelope = pairs = mobilised = table = None
+    peaks = switches = envelope = pairs = mobilised = table = mound = None
     if curve is not None:
         found, peaks, switches, envelope = compare_force(case, curve)
         metrics += found
@@ -105,7 +109,8 @@ def compare_test(
         found, table = layer_metrics(case, layers)
         metrics += found
     if surface is not None:
-        metrics += surface_metrics(case, surface)
+        found, mound = mound_metrics(case, surface)
+        metrics += surface_metrics(case, surface) + found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
         mobilised = mobilised_table(scene, curve, bands, surface)
         friction = read_friction(scene, curve, bands, surface)
@@ -116,6 +121,7 @@ def compare_test(
         mobilised_curve=None if friction is None else friction.curve,
         softening=None if friction is None else friction.softening,
         layer_distances=table,
+        mound=mound,
         band_pairs=pairs,
         peaks=peaks,
         peak_pairs=switches,

@@ -260,11 +260,17 @@ class _Run:
         assert found.history is not None
         # frames without a displacement belong to no stage of the model
         placed = bool(np.isfinite(found.frame_displacement_mm()).any())
+
+        def places(table: pd.DataFrame | None) -> pd.DataFrame | None:
+            if table is None or found.calibration is None:
+                return table if placed else None
+            return tables.with_calibration_std(table, found.calibration) if placed else None
+
         return compare_test(
             self.scene,
             found.history,
             force=found.force_record(),
             bands=found.band_table() if placed else None,
-            layers=found.layers if placed else None,
-            surface=found.surface if placed else None,
+            layers=places(found.layers),
+            surface=places(found.surface),
         )

@@ -52,6 +52,7 @@ FILES = (
     "peak_pairs.csv",
     "force_envelope.csv",
     "layer_distances.csv",
+    "mound.csv",
     "band_pairs.csv",
     "report.html",
     "run.json",
@@ -167,7 +168,7 @@ def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:
     if found.comparison is None:
         return
     names = ("mobilised", "mobilised_curve", "softening", "peaks", "peak_pairs", "force_envelope")
-    for name in (*names, "layer_distances", "band_pairs"):
+    for name in (*names, "layer_distances", "mound", "band_pairs"):
         table = getattr(found.comparison, name)
         if table is not None:
             writer.csv(f"{name}.csv", table, tuple(table.columns))

@@ -92,6 +92,30 @@ def surface_table(record: WindowRecord, u_mm: Floats) -> pd.DataFrame:
     return pd.DataFrame(dict(zip([*SURFACE_COLUMNS, "std_mm"], columns, strict=True)))
 
 
+def with_calibration_std(table: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
+    """A table of places with ``calibration_std_mm``: what the calibration leaves open of each.
+
+    Parameters
+    ----------
+    table : DataFrame
+        With x_mm and y_mm.
+    calibration : Calibration
+        The mapping with its uncertainty.
+
+    Returns
+    -------
+    DataFrame
+        The rms of both components; NaN where nobody said how well the scale is known, or without a place.
+    """
+    places = table[["x_mm", "y_mm"]].to_numpy(dtype=np.float64)
+    std = np.full(len(places), np.nan)
+    known = np.isfinite(places).all(axis=1)
+    if calibration.spread.any() and known.any():
+        of = calibration.std_mm(calibration.to_px(places[known]))
+        std[known] = np.sqrt(np.mean(of**2, axis=-1))
+    return table.assign(calibration_std_mm=std)
+
+
 def dyed_table(record: WindowRecord, u_mm: Floats) -> pd.DataFrame:
     """Dyed layers found in the photographs: LAYER_COLUMNS with the source "dye"."""
     frame = record.dyed[:, 0].astype(int)
