@@ -293,6 +293,13 @@ def test_depth_uncertainty_enters_the_scaled_metric():
     assert Record("bare", {"blade": {"depth_mm": 30.0}}).scaled(Value("N", 10.0)) is None
 
 
+def test_metrics_without_dimension_keep_their_value_and_unit():
+    for unit in ("degree", "P0", "d", "1/d", "%"):
+        scaled = record().scaled(Value(unit, 10.0, 0.5))
+        assert (scaled.unit, scaled.experiment, scaled.experiment_std) == (unit, 10.0, 0.5)
+    assert record().scaled(Value("1", 2.0)).unit == ""
+
+
 def test_uncertainty_of_the_sand_does_not_average_out_but_scatter_does():
     def tests(n, soils):
         return [

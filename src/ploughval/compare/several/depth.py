@@ -26,7 +26,7 @@ class Trend:
         Labels of its groups.
     metric : str
     scale : str
-        What the metric was divided by; "" for nothing.
+        What the metric was divided by; its own unit for nothing.
     unit : str
         Unit of the metric itself.
     tests : tuple of int

@@ -21,7 +21,7 @@ class MeanError:
     ----------
     metric : str
     scale : str
-        What the metric was divided by; "" for nothing.
+        What the metric was divided by; its own unit for nothing.
     tests : tuple of int
     errors, validation_stds : tuple of float
         E of each test and its validation uncertainty, scaled.

@@ -9,10 +9,9 @@ import pandas as pd
 
 NAN = float("nan")
 
-# Powers of (force, length) in the units that metrics have.
+# Powers of (force, length) in the units that metrics have; those without stay as they are.
+_PLAIN = ("1", "degree", "%", "P0", "d", "1/d")
 _DIMENSIONS = {
-    "1": (0, 0),
-    "degree": (0, 0),
     "N": (1, 0),
     "mm": (0, 1),
     "mm^2": (0, 2),
@@ -21,7 +20,6 @@ _DIMENSIONS = {
     "mJ": (1, 1),
 }
 _WORDS = {
-    (0, 0): "",
     (1, 0): "γd²B/2",
     (0, 1): "d",
     (0, 2): "d²",
@@ -46,7 +44,7 @@ class Value:
 
 
 class Scale(NamedTuple):
-    """What a metric is divided by: the number, its words, and the power of depth in it."""
+    """What a metric is divided by, its words (the metric's own unit for 1), and the power of depth in it."""
 
     size: float
     words: str
@@ -105,6 +103,8 @@ class Record:
         unit : str
             Unit of the metric.
         """
+        if unit in _PLAIN:
+            return Scale(1.0, "" if unit == "1" else unit, 0)
         powers = _DIMENSIONS.get(unit)
         if powers is None:
             return None

@@ -142,12 +142,8 @@ def _trend(axes: Axes, trend: Trend) -> None:
     for line, colour, dash in ((trend.measured, MEASURED, "-"), (trend.predicted, MODEL, "--")):
         if line is not None:
             axes.plot(over, line.at(np.log(over)), dash, color=colour, lw=1.2)
-    of = trend.scale or ("" if trend.unit == "1" else plain(unit(trend.unit)))
-    axes.set_title(
-        f"{plain(label(trend.metric))} / {of}"
-        if trend.scale
-        else f"{plain(label(trend.metric))}{', ' if of else ''}{of}"
-    )
+    divided = " / " if trend.scale_power else ", "
+    axes.set_title(plain(label(trend.metric)) + (divided + plain(unit(trend.scale)) if trend.scale else ""))
     shown = np.concatenate([trend.values - std, trend.values + std, trend.models[np.isfinite(trend.models)]])
     low, high = float(shown.min()), float(shown.max())
     # A quantity that hardly changes is shown flat: the axis spans a tenth of its size at least.

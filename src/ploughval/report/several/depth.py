@@ -73,7 +73,7 @@ def _row(trend: Trend) -> list[Cell]:
     word, mark = _SAYS[trend.verdict]
     level = float("nan") if trend.measured is None else trend.measured.level
     return [
-        Cell(metric_words(trend.metric, trend.scale or _plain_unit(trend))),
+        Cell(metric_words(trend.metric, trend.scale)),
         value_cell(len(trend.tests)),
         value_cell(level),
         with_interval(*_change(trend, trend.measured)),
@@ -81,10 +81,6 @@ def _row(trend: Trend) -> list[Cell]:
         with_interval(*_change(trend, trend.beyond)),
         Cell(word, mark=mark),
     ]
-
-
-def _plain_unit(trend: Trend) -> str:
-    return "" if trend.unit == "1" else trend.unit
 
 
 def _power(trend: Trend) -> list[Cell]:
