@@ -112,21 +112,21 @@ def local_search(
     if not free.size:
         return start
     low, high = (bound[free] for bound in _bounds(objective, start, None if lifted else held))
-    inside = 1e-9 * (high - low)
+    span = np.maximum(high - low, 1e-12)
 
-    def whole(part: Floats) -> Floats:
+    def whole(share: Floats) -> Floats:
         unknowns = start.copy()
-        unknowns[free] = part
+        unknowns[free] = low + span * share
         return unknowns
 
+    # shares of the range: the first trust region is as wide as the start is far from 0
     found = least_squares(
-        lambda part: objective.residuals(whole(part)),
-        np.clip(start[free], low + inside, np.maximum(high - inside, low)),
-        jac=lambda part: objective.jacobian(whole(part), width)[:, free],
-        bounds=(low, high),
-        x_scale=np.minimum(high - low, 10.0),
+        lambda share: objective.residuals(whole(share)),
+        np.clip((start[free] - low) / span, 1e-9, 1.0 - 1e-9),
+        jac=lambda share: objective.jacobian(whole(share), width)[:, free] * span,
+        bounds=(0.0, 1.0),
         ftol=1e-7,
-        xtol=1e-7,
+        xtol=1e-9,
         gtol=1e-8,
         max_nfev=limit,
     )
