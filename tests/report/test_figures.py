@@ -175,15 +175,36 @@ def test_field_leaves_out_points_lost_in_either_row(results):
     assert len(increment(tracks, 2, 4)[0]) == tracks.sizes["point"] - 1
 
 
-def test_mobilised_figure_draws_each_band_and_the_assumed_softening(results):
-    figure = figures.mobilised_figure(
-        results.mobilised, peak_deg=50.0, residual_deg=32.0, mobilization_length_mm=1.0
-    )
-    axes = figure.axes[0]
-    for container, (_, rows) in zip(axes.containers, results.mobilised.groupby("band"), strict=True):
-        np.testing.assert_allclose(container.lines[0].get_ydata(orig=False), rows["phi_deg"])
-    x, y = line(axes, "assumed by the model").get_data()
-    np.testing.assert_allclose((x[:2], y[:2]), ([0, 1], [50, 32]))
+def test_mobilised_figure_draws_each_band_its_curve_and_the_softening_lines(results):
+    frames = results.mobilised
+    curve = frames.assign(phi_deg=frames["phi_deg"] + 1.0)
+    assumed = figures.SofteningLine(50.0, 32.0, 1.0)
+    read = figures.SofteningLine(49.0, 31.5, 0.5)
+    figure = figures.mobilised_figure(frames, curve, read=read, assumed=assumed)
+    for axes, far in zip(figure.axes, (2.5,), strict=True):
+        marks = [line for line in axes.get_lines() if line.get_marker() not in ("None", "")]
+        drawn = [line for line in axes.get_lines() if line.get_marker() in ("None", "")]
+        for mark, line, (_, rows) in zip(marks, drawn[:2], frames.groupby("band"), strict=True):
+            np.testing.assert_array_equal(mark.get_ydata(), rows["phi_deg"])
+            np.testing.assert_array_equal(line.get_ydata(), rows["phi_deg"] + 1.0)
+        assert [line.get_ydata()[:2].tolist() for line in drawn[2:]] == [[49.0, 31.5], [50.0, 32.0]]
+        assert [line.get_xdata()[1] for line in drawn[2:]] == [0.5, 1.0]
+        assert axes.get_xlim()[1] >= far
+
+
+def test_mobilised_figure_shows_the_first_slip_apart_where_there_is_much_more(results):
+    frames = results.mobilised
+    curve = frames.assign(slip_mm=20.0 * frames["slip_mm"])
+    figure = figures.mobilised_figure(frames, curve, assumed=figures.SofteningLine(50.0, 32.0, 1.0))
+    near, far = (axes.get_xlim()[1] for axes in figure.axes)
+    assert near < 5.0 < 50.0 <= far
+
+
+def test_mobilised_figure_of_frames_alone_leaves_out_lines_that_are_not_known(results):
+    unknown = figures.SofteningLine(float("nan"), 32.0, 1.0)
+    figure = figures.mobilised_figure(results.mobilised, read=unknown)
+    labels = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert labels == ["band 1", "band 2"]
 
 
 def test_budget_bars_are_the_shares_of_sources_in_both_results_with_the_cells_added_up(results):

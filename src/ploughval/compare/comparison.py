@@ -112,8 +112,8 @@ def compare_test(
         found, mound = mound_metrics(case, surface)
         metrics += surface_metrics(case, surface) + found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
-        mobilised = mobilised_table(scene, curve, bands, surface)
         friction = read_friction(scene, curve, bands, surface)
+        mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm)
         metrics += friction_metrics(case, mobilised, friction)
     return Comparison(
         tuple(metrics),

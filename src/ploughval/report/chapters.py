@@ -22,7 +22,6 @@ from ploughval.report.figures import (
     field_figure,
     force_figure,
     kinematics_figure,
-    mobilised_figure,
 )
 from ploughval.report.results import Results
 from ploughval.report.stages import increments_shown, view
@@ -214,29 +213,4 @@ def field_chapter(results: Results, pen: Pen) -> Chapter | None:
         "Displacement field",
         lead="How far each point moved for a millimetre of the blade. A rigid block moves 1 / cos β.",
         grid=drawings,
-    )
-
-
-def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """Friction mobilised at each increment."""
-    mobilised = results.mobilised
-    if mobilised is None or not mobilised["phi_deg"].notna().any():
-        return None
-    low, high = float(mobilised["phi_deg"].min()), float(mobilised["phi_deg"].max())
-    drawing = pen.draw(
-        mobilised_figure(
-            mobilised,
-            peak_deg=results.setting("soil", "peak_friction_deg"),
-            residual_deg=results.setting("soil", "residual_friction_deg"),
-            mobilization_length_mm=results.setting("soil", "mobilization_length_mm"),
-        ),
-        f"Mobilised friction against slip on the band, {number(low, 3)} to {number(high, 3)} degrees.",
-        "Each point is one increment: the friction that the measured force, surface and band need for "
-        "equilibrium, without running the model.",
-    )
-    return Chapter(
-        "friction",
-        "Mobilised friction",
-        drawings=[drawing],
-        tables=[table_of(mobilised, "Mobilised friction, every increment", folded=True)],
     )

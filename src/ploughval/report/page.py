@@ -16,8 +16,8 @@ from ploughval.report.chapters import (
     bands_chapter,
     field_chapter,
     force_chapter,
-    friction_chapter,
 )
+from ploughval.report.friction import friction_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results

@@ -1,5 +1,7 @@
 """Friction mobilised in every photograph: band, surface and force at its moment."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -17,7 +19,13 @@ MOBILISED_COLUMNS = (
 )  # fmt: skip
 
 
-def mobilised_table(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.DataFrame) -> pd.DataFrame:
+def mobilised_table(
+    scene: Scene,
+    force: Curve,
+    bands: pd.DataFrame,
+    surface: pd.DataFrame,
+    origins_mm: Mapping[int, float] | None = None,
+) -> pd.DataFrame:
     """Mobilised friction for every frame with a measured surface.
 
     The band's outcrop keeps its place in the box, so that the inclination in a frame follows from the
@@ -33,6 +41,8 @@ def mobilised_table(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd
         BAND_COLUMNS, measured.
     surface : DataFrame
         SURFACE_COLUMNS, measured, and std_mm where it is known; rows of NaN are holes.
+    origins_mm : mapping of int to float, mm, or None
+        Travel at which the slip of a band began, by its number, where that is better known than its start.
 
     Returns
     -------
@@ -51,7 +61,8 @@ def mobilised_table(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd
     active = _active(seen.u_mm, bands)
     for row in range(len(bands)):
         _fill(table, scene, force, bands.iloc[row], seen, np.flatnonzero(active == row))
-    table["slip_mm"] = _slip(table, bands)
+    began = dict(zip(bands["band"].astype(int).tolist(), bands["u_start_mm"].tolist(), strict=True))
+    table["slip_mm"] = _slip(table, began | dict(origins_mm or {}))
     return table[list(MOBILISED_COLUMNS)]
 
 
@@ -99,14 +110,15 @@ def _fill(
     table.loc[known, "status"] = np.where(np.isfinite(F), "ok", "no_force")
 
 
-def _slip(table: pd.DataFrame, bands: pd.DataFrame) -> Floats:
+def _slip(table: pd.DataFrame, starts: Mapping[int, float]) -> Floats:
     """Slip gathered on the active band since it began, mm: the integral of du / cos beta over its frames."""
     slip = np.full(len(table), np.nan)
-    starts = bands.set_index("band")["u_start_mm"]
-    for band, part in table[table["beta_deg"].notna()].groupby("band", sort=True):
+    for number, start in starts.items():
+        part = table[(table["band"] == number) & table["beta_deg"].notna()]
+        if part.empty:
+            continue
         u = part["u_mm"].to_numpy(dtype=np.float64)
         rate = 1 / np.cos(np.radians(part["beta_deg"].to_numpy(dtype=np.float64)))
-        first = (u[0] - float(starts.loc[band])) * rate[0]
         steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(u)
-        slip[part.index.to_numpy()] = np.cumsum(np.append(first, steps))
+        slip[part.index.to_numpy()] = np.cumsum(np.append((u[0] - start) * rate[0], steps))
     return slip

@@ -45,6 +45,12 @@ class FrictionFindings:
     softening: pd.DataFrame
 
     @property
+    def origins_mm(self) -> dict[int, float]:
+        """Travel at which the slip of each band began, by its number."""
+        alone = self.softening[self.softening["band"] != ALL]
+        return {int(band): float(at) for band, at in zip(alone["band"], alone["origin_mm"], strict=True)}
+
+    @property
     def overall(self) -> pd.Series | None:
         """The row for all bands together, or that of the only one."""
         return None if self.softening.empty else self.softening.iloc[-1]

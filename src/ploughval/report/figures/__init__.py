@@ -13,7 +13,7 @@ from ploughval.report.figures.noise import noise_figure
 from ploughval.report.figures.preview import Shown, preview_figure
 from ploughval.report.figures.series import blade_figure, forces_figure
 from ploughval.report.figures.shear import shear_figure
-from ploughval.report.figures.soil import mobilised_figure
+from ploughval.report.figures.soil import SofteningLine, mobilised_figure
 from ploughval.report.figures.soil_fit import landscape_figure, profiles_figure, soil_fit_figure
 from ploughval.report.figures.volume import volume_figure
 
@@ -22,6 +22,7 @@ __all__ = [
     "PictureMap",
     "Shown",
     "Side",
+    "SofteningLine",
     "agreement_figure",
     "arm_figure",
     "bands_figure",
