@@ -48,8 +48,9 @@ class LevelsTogether:
 
 
 def metric_names(records: Sequence[Record]) -> list[str]:
-    """Names of all metrics, in the order in which tests bring them."""
-    return list(dict.fromkeys(name for record in records for name in record.values))
+    """Names of all metrics, in the order in which tests bring them; what is told in mm and in d, once."""
+    names = list(dict.fromkeys(name for record in records for name in record.values))
+    return [name for name in names if not (name.endswith("_d") and f"{name[:-2]}_mm" in names)]
 
 
 def measured_names(records: Sequence[Record]) -> list[str]:

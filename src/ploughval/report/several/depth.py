@@ -6,7 +6,7 @@ from ploughval.compare.several import Line, Trend
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
 from ploughval.report.figures.several import power_figure, trends_figure
 from ploughval.report.several.findings import SeveralFindings
-from ploughval.report.several.repeatability import interval, metric_words, with_interval
+from ploughval.report.several.repeatability import by_subject, interval, metric_words, with_interval
 from ploughval.report.text import MISSING, label, number
 
 LEAD = (
@@ -41,17 +41,19 @@ def depth_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     tables, drawings, notes = [], [], []
     for series in dict.fromkeys(trend.series for trend in found.trends):
         trends = [trend for trend in found.trends if trend.series == series]
-        shown = [trend for trend in trends if trend.measured is not None][:MOST_PANELS]
+        shown = _best_known(trends)
         words = f"Scaled metrics against depth, groups {series}: measured ± std, and predicted."
         drawings.append(pen.draw(trends_figure(shown), words, words))
         if len(shown) < len(trends):
-            notes.append(f"Groups {series}: {len(trends) - len(shown)} metrics are in the table alone.")
-        tables += [
-            Table(
-                f"Change with depth, groups {series}", HEAD, [_row(trend) for trend in trends], kind="wide"
-            ),
-            Table(f"Powers of depth, groups {series}", POWER_HEAD, [r for t in trends if (r := _power(t))]),
-        ]
+            left = len(trends) - len(shown)
+            notes.append(
+                f"Groups {series}: {left} metrics are in the tables alone; panels show the best known."
+            )
+        for subject, some in by_subject(trends).items():
+            title = f"Change with depth, groups {series}: {subject.lower()}"
+            tables.append(Table(title, HEAD, [_row(trend) for trend in some], kind="wide"))
+        powers = [row for trend in trends if (row := _power(trend))]
+        tables.append(Table(f"Powers of depth, groups {series}", POWER_HEAD, powers))
         powered = [trend for trend in trends if trend.power is not None and trend.unit == "N"]
         powered.sort(key=lambda trend: trend.metric != _PREFERRED)
         if powered:
@@ -59,6 +61,18 @@ def depth_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
             drawings.append(pen.draw(power_figure(powered[0]), words, words))
         notes += _notes(series, trends)
     return Chapter("depth", "Effect of depth", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
+
+
+def _best_known(trends: list[Trend]) -> list[Trend]:
+    """The trends that panels are drawn of: those whose change is known best for their size."""
+
+    def width(trend: Trend) -> float:
+        _, low, high = _change(trend, trend.measured)
+        size = abs(trend.measured.level) if trend.measured is not None else 0.0
+        return (high - low) / size if size and np.isfinite(high - low) else np.inf
+
+    chosen = sorted((trend for trend in trends if trend.measured is not None), key=width)[:MOST_PANELS]
+    return [trend for trend in trends if any(trend is one for one in chosen)]
 
 
 def _change(trend: Trend, line: Line | None) -> tuple[float, float, float]:

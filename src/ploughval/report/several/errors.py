@@ -4,7 +4,7 @@ from ploughval.compare.several import MeanError
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, value_cell
 from ploughval.report.figures.several import errors_figure
 from ploughval.report.several.findings import SeveralFindings
-from ploughval.report.several.repeatability import metric_words, with_interval
+from ploughval.report.several.repeatability import by_subject, metric_words, with_interval
 from ploughval.report.text import label
 
 LEAD = (
@@ -29,16 +29,18 @@ def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     """Mean error of every metric; absent where no two tests have one."""
     if not found.errors:
         return None
-    judged = [error for error in found.errors if error.mean_agrees is not None]
-    drawings = []
-    if judged:
+    drawings, tables = [], []
+    for subject, errors in by_subject(found.errors).items():
+        tables.append(Table(f"Mean errors: {subject.lower()}", HEAD, [_row(e) for e in errors], kind="wide"))
+        judged = [error for error in errors if error.mean_agrees is not None]
+        if not judged:
+            continue
         outside = [label(error.metric) for error in judged if error.mean_agrees is False]
         said = (
             f"Means that differ from zero: {', '.join(outside)}." if outside else "No mean differs from zero."
         )
-        words = f"Errors of {len(judged)} metrics over all tests in validation uncertainties. {said}"
+        words = f"{subject}: errors of {len(judged)} metrics in validation uncertainties. {said}"
         drawings.append(pen.draw(errors_figure(judged), words, words))
-    tables = [Table("Mean errors", HEAD, [_row(error) for error in found.errors], kind="wide")]
     return Chapter("errors", "Model against experiment", lead=LEAD, drawings=drawings, tables=tables)
 
 

@@ -133,8 +133,8 @@ def _test_rows(found: SeveralFindings) -> Iterator[Row]:
             if known is not None:
                 yield ("tests", group, name, "", unit_of(quantity), quantity, known)
         for metric, entry in ({} if test.metrics is None else test.metrics.metrics).items():
-            for quantity, value in entry.model_dump(exclude={"unit", "note"}).items():
-                if value is not None:
+            for quantity, value in entry.model_dump().items():
+                if isinstance(value, int | float):
                     yield ("metrics", group, name, metric, entry.unit, quantity, float(value))
         for source, bands in (("measured", test.bands), ("predicted", test.model_bands)):
             for row in [] if bands is None else bands.to_dict("records"):

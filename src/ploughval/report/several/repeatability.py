@@ -1,12 +1,14 @@
 """Chapter: how tests that repeat each other scatter, against what each states of itself."""
 
 from collections.abc import Sequence
+from typing import Protocol, TypeVar
 
 from ploughval.compare.several import Pooled, Repeat
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
 from ploughval.report.figures.several import envelope_figure, scatter_figure
 from ploughval.report.several.findings import SeveralFindings
 from ploughval.report.text import MISSING, label, number, unit
+from ploughval.report.verdict import topic
 
 HEAD = (
     "Metric",
@@ -19,6 +21,7 @@ HEAD = (
     "Pooled value (95 %)",
     "Scatter",
 )
+MOST_GROUPS = 5
 _WORDS = {
     "explained": ("as stated", "agrees"),
     "more": ("more than stated", "differs"),
@@ -42,22 +45,60 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     drawings: list[Drawing] = []
     tables: list[Table] = []
     notes: list[str] = []
-    for group, repeats in found.repeats.items():
-        drawn = [repeat for repeat in repeats if abs(repeat.pooled.mean) > 0 and repeat.pooled.std > 0]
-        if drawn:
-            words = (
-                f"Group {group}: scatter of {len(drawn)} metrics between tests, in per cent of their mean."
+    shown = _shown(found)
+    for place, (group, repeats) in enumerate(found.repeats.items()):
+        for subject, some in by_subject(repeats).items():
+            if group in shown:
+                drawings += _scatter(some, f"Group {group}, {subject.lower()}", pen)
+            title = f"Repeatability, group {group}: {subject.lower()}"
+            tables.append(
+                Table(title, HEAD, [_row(repeat) for repeat in some], kind="wide", folded=place > 1)
             )
-            caption = "Dots: tests. Line: ± s_r. Grey: ± the standard uncertainty that the tests state."
-            drawings.append(pen.draw(scatter_figure(drawn), words, f"{words} {caption}"))
-        rows = [_row(repeat) for repeat in repeats]
-        tables.append(Table(f"Repeatability, group {group}", HEAD, rows, kind="wide", folded=len(tables) > 2))
         notes += _notes(found, repeats)
     for group, history in found.histories.items():
-        words = f"Group {group}: measured force of {len(history.tests)} tests over travel."
-        drawings.append(pen.draw(envelope_figure(history), words, words + _envelope_words(found, group)))
+        if group in shown:
+            words = f"Group {group}: measured force of {len(history.tests)} tests over travel."
+            drawings.append(pen.draw(envelope_figure(history), words, words + _envelope_words(found, group)))
+    hidden = {*found.repeats, *found.histories} - shown
+    if hidden:
+        notes.append(f"Figures are of the {MOST_GROUPS} groups with the most tests; all are in the tables.")
     tables += [*_switches(found), *_levels(found)]
     return Chapter("repeatability", "Repeatability", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
+
+
+def _shown(found: SeveralFindings) -> set[str]:
+    """Labels of the groups that figures are drawn of: those with the most tests."""
+    groups = sorted(found.grouping.groups, key=lambda group: -len(group.members))
+    return {group.label for group in groups[:MOST_GROUPS]}
+
+
+class Named(Protocol):
+    """Anything that is found of a metric."""
+
+    @property
+    def metric(self) -> str:
+        """Its name."""
+
+
+Item = TypeVar("Item", bound=Named)
+
+
+def by_subject(items: Sequence[Item]) -> dict[str, list[Item]]:
+    """What is found of metrics, by what they are about."""
+    subjects: dict[str, list[Item]] = {}
+    for item in items:
+        subjects.setdefault(topic(item.metric), []).append(item)
+    return subjects
+
+
+def _scatter(repeats: Sequence[Repeat], of: str, pen: Pen) -> list[Drawing]:
+    """Values about their mean; those that are all alike or about 0 are in the table alone."""
+    drawn = [repeat for repeat in repeats if abs(repeat.pooled.mean) > 0 and repeat.pooled.std > 0]
+    if not drawn:
+        return []
+    words = f"{of}: scatter of {len(drawn)} metrics between tests, in per cent of their mean."
+    caption = "Dots: tests. Line: ± s_r. Grey: ± the standard uncertainty that the tests state."
+    return [pen.draw(scatter_figure(drawn), words, f"{words} {caption}")]
 
 
 def interval(low: float, high: float) -> str:
