@@ -16,9 +16,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ploughval.axes import BAND_COLUMNS, FORCE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS
+from ploughval.axes import BAND_COLUMNS, FORCE_COLUMNS, LAYER_COLUMNS
 from ploughval.compare import Comparison, compare_test
 from ploughval.model import History, simulate
+from ploughval.run.store import CACHE
+from ploughval.run.window import WindowRecord
 from ploughval.scene import Scene, Soil, load_scene
 from ploughval.synth import load_truth
 
@@ -51,7 +53,25 @@ def measured_tables(folder: Path) -> Tables:
         path = folder / "results" / f"{name}.csv"
         return pd.read_csv(path) if path.is_file() else None
 
-    return Tables(table("force"), table("bands"), table("layers"), table("surface"))
+    surface = table("surface")
+    return Tables(
+        table("force"),
+        table("bands"),
+        table("layers"),
+        None if surface is None else _with_std(surface, folder / "results"),
+    )
+
+
+def _with_std(surface: pd.DataFrame, results: Path) -> pd.DataFrame:
+    """The surface with std_mm, which the comparison takes and surface.csv leaves out: from the kept stage."""
+    kept = next(iter(sorted((results / CACHE).glob("window-*.npz"))), None)
+    if kept is None:
+        return surface
+    with np.load(kept, allow_pickle=False) as arrays:
+        record = WindowRecord.from_arrays({name: arrays[name] for name in arrays.files})
+    if not np.array_equal(record.surface[:, 0].astype(int), surface["frame"]):
+        return surface
+    return surface.assign(std_mm=record.surface[:, -1])
 
 
 def true_tables(folder: Path, measured: Tables) -> Tables:
@@ -78,7 +98,7 @@ def _heights_of_surface(true: pd.DataFrame, measured: pd.DataFrame) -> pd.DataFr
     for frame, points in measured.groupby("frame"):
         line = true[true["frame"] == frame]
         height = np.interp(points["x_mm"], line["x_mm"], line["y_mm"])
-        parts.append(points.assign(u_mm=travel[frame], y_mm=height)[list(SURFACE_COLUMNS)])
+        parts.append(points.assign(u_mm=travel[frame], y_mm=height))
     return pd.concat(parts, ignore_index=True)
 
 

@@ -21,6 +21,7 @@ from ploughval.scene import Soil, load_scene
 
 OFF = ("peak_friction_deg", "residual_friction_deg")
 STEPS = (0.0, 2.0, 4.0, 6.0)
+_MIDDLE = (0.1587, 0.8413)  # of a normal: one standard deviation to either side
 _Z = 1.96  # of the intervals of counted shares
 
 
@@ -86,9 +87,10 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame, a row a metric
         tests: with a stated error; missed, invented: tests in which only the truth, or only the measurement,
-        has the value; off_median: |E - E_true|; std_median: u_exp with u_num; bias and rms: of
-        (E - E_true) over it; within_1, within_2: shares of tests (an error of 0 is within anything);
-        input_median: u_input; agrees: share of verdicts; *_low, *_high: 95 % intervals of shares.
+        has the value; off_median: |E - E_true|; std_median: u_exp with u_num; bias and spread: median, and
+        half the range of the middle 68 %, of (E - E_true) over it; within_1, within_2: shares of tests (an
+        error of 0 is within anything); input_median: u_input; agrees: share of verdicts; *_low, *_high: 95 %
+        intervals of shares.
     """
     return pd.DataFrame({name: _of_metric(some) for name, some in rows.groupby("metric", sort=False)}).T
 
@@ -114,8 +116,8 @@ def _of_metric(rows: pd.DataFrame) -> pd.Series:
             "invented": int((rows["experiment_true"].isna() & rows["experiment"].notna()).sum()),
             "off_median": _median(np.abs(off)),
             "std_median": _median(std[judged]),
-            "bias": float(z.mean()) if z.size else np.nan,
-            "rms": float(np.sqrt(np.mean(z**2))) if z.size else np.nan,
+            "bias": _median(z),
+            "spread": float(np.ptp(np.quantile(z, _MIDDLE))) / 2 if z.size else np.nan,
             "within_1": within[1][0],
             "within_2": within[2][0],
             "within_2_low": within[2][1],

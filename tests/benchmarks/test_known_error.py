@@ -93,7 +93,9 @@ def test_summary_finds_the_coverage_that_was_put_in():
     # normal shares and moments, to three standard errors of 4000 draws
     assert row["within_1"] == pytest.approx(0.6827, abs=3 * np.sqrt(0.68 * 0.32 / count))
     assert row["within_2"] == pytest.approx(0.9545, abs=3 * np.sqrt(0.95 * 0.05 / count))
-    assert row["rms"] == pytest.approx(1.0, abs=3 / np.sqrt(2 * count))
+    # a quantile there has the standard error sqrt(p (1 - p) / n) over the normal's density, 0.242
+    assert row["spread"] == pytest.approx(1.0, abs=3 * np.sqrt(0.16 * 0.84 / count) / 0.242)
+    assert row["bias"] == pytest.approx(0.0, abs=3 * 1.2533 / np.sqrt(count))
     assert row["agrees"] == 0.9
 
 
