@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ploughval.model import fit_soil, force_history
-from ploughval.model.fit import PARAMETERS, Discrepancy, SharedErrors
+from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors
 from ploughval.scene import Scene
 
 RIGHT = Discrepancy(0.0, 0.0)
@@ -124,7 +124,7 @@ def test_samples_and_profiles_give_the_same_interval():
     force, std = record(scene, u, 0.02, seed=9)
     fit = fit_soil(
         u, force, std, scene, parameters=("unit_weight_kN_m3",),
-        shared=SharedErrors(0.3), discrepancy=RIGHT, samples=300,
+        shared=SharedErrors(0.3), discrepancy=RIGHT, extras=Extras(samples=300),
     )  # fmt: skip
     low, _, middle, _, high = fit.posterior["unit_weight_kN_m3"]
     # 32 walkers of 210 steps, some 400 independent samples: ends of an interval to 12 % of its length

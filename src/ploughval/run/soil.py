@@ -8,7 +8,7 @@ import numpy as np
 from ploughval.compare.force.curve import Curve, measured_curve
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import ForceResult, measure_force
-from ploughval.model.fit import PARAMETERS, Discrepancy, SharedErrors, SoilFit, fit_soil
+from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.run.store import write_csv, write_json
 from ploughval.scene import load_scene
@@ -71,7 +71,7 @@ def fit_folder(
         parameters=parameters,
         shared=shared_errors(curve, measured),
         discrepancy=discrepancy,
-        samples=samples,
+        extras=Extras(maps=True, samples=samples),
     )
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})

@@ -2,7 +2,7 @@
 
 from ploughval.model.fit.objective import Discrepancy, SharedErrors
 from ploughval.model.fit.result import SoilFit
-from ploughval.model.fit.soil import fit_soil
+from ploughval.model.fit.soil import Extras, fit_soil
 from ploughval.model.fit.variables import FITTED, PARAMETERS
 
-__all__ = ["FITTED", "PARAMETERS", "Discrepancy", "SharedErrors", "SoilFit", "fit_soil"]
+__all__ = ["FITTED", "PARAMETERS", "Discrepancy", "Extras", "SharedErrors", "SoilFit", "fit_soil"]

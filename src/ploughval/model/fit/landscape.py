@@ -12,7 +12,7 @@ from ploughval.model.fit.variables import in_units
 
 Floats = NDArray[np.float64]
 
-SIDE = 33  # samples of a map along either parameter
+SIDE = 25  # samples of a map along either parameter
 TOLERANCE = 2e-3
 SPANS = {True: 8.0, False: 0.7}  # of a map to either side: degrees, or of a logarithm
 MAPS = 3  # at most

@@ -81,6 +81,7 @@ class Objective:
     record: Record
     shared: SharedErrors
     discrepancy: Discrepancy
+    knots_mm: Floats
     tolerance: float
     inflation: float = 1.0
     marches: dict[bytes, Modelled | None] = field(default_factory=dict)
@@ -106,14 +107,6 @@ class Objective:
     def blocks(self) -> tuple[bool, bool, bool]:
         """Whether offset, gain and start are unknowns."""
         return self.shared.offset_N > 0.0, self.shared.gain > 0.0, self.record.start_std_mm > 0.0
-
-    @property
-    def knots_mm(self) -> Floats:
-        """Travels at which the model's discrepancy in force is an unknown."""
-        if self.discrepancy.force <= 0.0:
-            return np.empty(0)
-        end = self.record.end_mm
-        return np.linspace(0.0, end, 2 + int(end / (KNOT_DEPTHS * self.space.scene.blade.depth_mm)))
 
     @property
     def shape(self) -> slice:
@@ -233,3 +226,14 @@ class Objective:
         middle = list(unknowns[self.soils : self.shape.start])
         offset, gain, start = (float(middle.pop(0)) if there else 0.0 for there in self.blocks)
         return offset, gain, self.record.start_mm + start * self.record.start_std_mm
+
+
+def objective_of(
+    space: Space, record: Record, shared: SharedErrors, discrepancy: Discrepancy, tolerance: float
+) -> Objective:
+    """The objective of a fit; the discrepancy in force is an unknown at every half depth of travel."""
+    knots = np.empty(0)
+    if discrepancy.force > 0.0:
+        count = 2 + int(record.end_mm / (KNOT_DEPTHS * space.scene.blade.depth_mm))
+        knots = np.linspace(0.0, record.end_mm, count)
+    return Objective(space, record, shared, discrepancy, knots, tolerance)

@@ -67,7 +67,8 @@ class SoilFit:
     profiles : DataFrame
         PROFILE_COLUMNS: rise of the least cost over each parameter.
     landscape : DataFrame
-        LANDSCAPE_COLUMNS: the cost over two parameters at a time, the others at their best.
+        LANDSCAPE_COLUMNS: the cost over two parameters at a time, the others at their best; no rows where
+        maps were not asked for.
     rises : dict of float to float
         Rise of the cost at the ends of the interval of each level.
     misfit : Misfit

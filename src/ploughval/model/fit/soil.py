@@ -1,7 +1,7 @@
 """The fit of soil parameters to a force history: search, weights, polish, intervals, words."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -16,11 +16,12 @@ from ploughval.model.fit.intervals import (
     quantiles,
 )
 from ploughval.model.fit.landscape import landscape
-from ploughval.model.fit.objective import Discrepancy, Objective, SharedErrors
+from ploughval.model.fit.objective import Discrepancy, Objective, SharedErrors, objective_of
 from ploughval.model.fit.record import read_record
 from ploughval.model.fit.remarks import remarks_on
 from ploughval.model.fit.result import (
     CURVE_COLUMNS,
+    LANDSCAPE_COLUMNS,
     PROFILE_COLUMNS,
     SWITCH_COLUMNS,
     Shift,
@@ -40,6 +41,22 @@ BETTER = 0.5  # of the cost: what counts as better
 SOFTENING_SEEN = 9.0  # of the cost: three standard deviations
 
 
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """What a fit gives beside values and intervals.
+
+    Attributes
+    ----------
+    maps : bool
+        The cost over pairs of parameters.
+    samples : int
+        Steps of each of 32 walkers of a sampler (extra ``bayes``); 0: none.
+    """
+
+    maps: bool = False
+    samples: int = 0
+
+
 def fit_soil(
     u_mm: ArrayLike,
     force_N: ArrayLike,
@@ -49,7 +66,7 @@ def fit_soil(
     parameters: Sequence[str] = PARAMETERS,
     shared: SharedErrors | None = None,
     discrepancy: Discrepancy | None = None,
-    samples: int = 0,
+    extras: Extras | None = None,
 ) -> SoilFit:
     """Fit soil parameters to a measured force history, with intervals (docs/theory-fit.md).
 
@@ -70,8 +87,8 @@ def fit_soil(
         Errors that move all rows together.
     discrepancy : Discrepancy or None
         How far the model may be from the sand; None: 3 % of the length of a tooth and 1 % of the force.
-    samples : int
-        Steps of each of 32 walkers of a sampler beside the profiles (extra ``bayes``); 0: none.
+    extras : Extras or None
+        What is wanted beside values and intervals; None: nothing.
 
     Returns
     -------
@@ -98,7 +115,7 @@ def fit_soil(
         least=len(space.low),
         start_std_mm=shared.start_mm,
     )
-    objective = Objective(space, record, shared, discrepancy or Discrepancy(), PROFILE_TOLERANCE)
+    objective = objective_of(space, record, shared, discrepancy or Discrepancy(), PROFILE_TOLERANCE)
     best, _ = best_unknowns(objective)
     looser = loosened(objective, best)
     if looser is not objective:
@@ -123,9 +140,11 @@ def fit_soil(
     found = _without_length(found) if flat else found
     allowed = discrepancy or Discrepancy()
     found = replace(found, remarks=remarks_on(found, objective, told, flat=flat, allowed=allowed))
-    if not samples:
-        return found
-    return replace(found, posterior=sample(objective, best, told.std, steps=samples))
+    if extras is not None and extras.maps:
+        found = replace(found, landscape=landscape(objective, best))
+    if extras is not None and extras.samples:
+        found = replace(found, posterior=sample(objective, best, told.std, steps=extras.samples))
+    return found
 
 
 def _misfit(objective: Objective, best: Floats) -> Misfit:
@@ -211,7 +230,7 @@ def _result(
         switches=_switches(objective, fine),
         curve=pd.DataFrame(dict(zip(CURVE_COLUMNS, rows, strict=True))),
         profiles=_profile_table(profiles),
-        landscape=landscape(objective, best),
+        landscape=pd.DataFrame(columns=list(LANDSCAPE_COLUMNS)),
         rises=_rises(misfit, best),
         misfit=misfit,
         discrepancy=objective.discrepancy,
