@@ -108,6 +108,9 @@ class Scene(Table):
             return [
                 Fault("tracers", "layers", "[camera] or [soil] too", "Nothing else shows or predicts them.")
             ]
+        lean = number(_inside(values, "blade"), "inclination_deg", 0.0)
+        if lean and _inside(values, "model").get("mechanism") == "two_blocks":
+            return [Fault("model.mechanism", "'two_blocks'", "'one_block' for a blade that leans")]
         depth = number(_inside(values, "blade"), "depth_mm")
         layers = _inside(values, "tracers").get("layers_mm")
         uneven = _inside(values, "model").get("initial_surface_mm") is not None

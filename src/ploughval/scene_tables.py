@@ -164,9 +164,19 @@ class ModelTable(Table):
     direction: Literal["least_force", "least_softened"] = Field(
         "least_force", description="a fresh band's direction: cheapest at peak friction, or once softened"
     )
+    mechanism: Literal["one_block", "two_blocks"] = Field(
+        "one_block", description="most blocks on a band; two: on a bent band beside a rough blade, if cheaper"
+    )
     initial_surface_mm: tuple[Pixel, ...] | None = Field(
         None, description="[x, y] of the initial surface ahead of the blade, mm; absent: flat"
     )
+
+    @classmethod
+    def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
+        """Two blocks, whose bands are sought by least force, with another rule of direction."""
+        if values.get("mechanism") != "two_blocks" or values.get("direction") != "least_softened":
+            return []
+        return [Fault("direction", "'least_softened'", "'least_force' with mechanism = 'two_blocks'")]
 
 
 class Compare(Table):

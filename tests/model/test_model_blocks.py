@@ -76,10 +76,22 @@ def test_coefficients_lie_between_the_published_ones_of_curved_bands_and_coulomb
         assert 0.975 * curved < two < one
 
 
+def bent_band_force(shape, phi, wall):
+    """P / (unit weight d^2) by Eq. 19; angles of both bands in radians, length of the lower in d."""
+    lower, upper, length = shape
+    x, y = length * np.cos(lower), length * np.sin(lower)
+    interface = np.arctan2(1.0 - y, -x)
+    allowed = lower < upper and lower + phi > 0.0 and y < 1.0 and interface - 2.0 * phi - upper > 0.0
+    if not allowed or lower + phi + wall >= np.pi / 2:
+        return np.inf
+    quicker = np.sin(interface - 2.0 * phi - lower) / np.sin(interface - 2.0 * phi - upper)
+    weights = 0.5 * x, 0.5 * (x + (1.0 - y) / np.tan(upper)) * (1.0 - y)
+    work = weights[0] * np.sin(lower + phi) + weights[1] * np.sin(upper + phi) * quicker
+    return work / np.cos(lower + phi + wall)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_no_bent_band_tried_at_random_is_cheaper_than_the_one_found(seed):
-    from ploughval.model.blocks import bent_band_force
-
     rng = np.random.default_rng(seed)
     phi, wall = np.radians([rng.uniform(25.0, 45.0), rng.uniform(3.0, 25.0)])
     found = two_block_force(1.0, 1.0, *np.degrees([phi, wall])).force

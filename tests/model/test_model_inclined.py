@@ -81,7 +81,7 @@ def test_forces_close_and_the_blades_work_is_what_is_lifted_and_rubbed(lean, wal
     assert history.bands.shape[0] > 1
     towards = np.radians(wall + lean)
     for row in range(0, len(history.marched.rows) - 1, 23):
-        _, _, _, tan_beta, _, _, _, slip = history.marched.rows[row]
+        _, _, _, tan_beta, _, _, _, slip = history.marched.rows[row, :8]
         beta, P = np.arctan(tan_beta), history.force["force_N"][row]
         phi = np.radians(mobilised_friction_deg(slip, 50.0, 32.0, 1.0))
         W = WEIGHT * WIDTH * polygon_area(block_of(history, row))

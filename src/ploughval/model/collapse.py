@@ -14,7 +14,8 @@ from ploughval.axes import BAND_COLUMNS, MODEL_FORCE_COLUMNS
 from ploughval.errors import DataError
 from ploughval.model import layers as material
 from ploughval.model.increments import Increments, surface_within
-from ploughval.model.march import End, Law, March
+from ploughval.model.law import Law
+from ploughval.model.march import End, March
 from ploughval.model.mechanism import initial_force
 from ploughval.model.settings import (
     increment_for,
@@ -84,7 +85,7 @@ class History:
         before = self.increments.surface_before(k)
         if du <= 1e-12 * self.depth_mm or start + self.marched.rows[k, 1] <= start:
             return before
-        return surface_within(before, self.marched.rows[k, 4], du, self.law)
+        return surface_within(before, self.marched.rows[k], du, self.law)
 
     def advect(self, points_mm: ArrayLike, u_from_mm: float, u_to_mm: float) -> Floats:
         """Where material points (N, 2) that stand in the sand at ``u_from_mm`` stand at ``u_to_mm``.
@@ -192,7 +193,7 @@ def simulate(
         force=_force_table(fine, force_N),
         force_std_N=scale * max(error, march_error(coarse, fine)),
         P0_N=_level_force(scene, soil),
-        bands=_band_table(fine, coarse, law),
+        bands=_band_table(fine, coarse),
         increments=Increments(fine, force_N),
         end_reason=reasons.get(End(fine.end), "no shear band is possible any more"),
         depth_mm=depth,
@@ -260,15 +261,16 @@ def _starts(marched: March) -> NDArray[np.int64]:
 
 
 def _force_table(marched: March, force_N: Floats) -> pd.DataFrame:
-    u, _, _, tan_beta, x, _, band, _ = marched.rows.T
+    u, _, _, tan_beta, x, _, band = marched.rows.T[:7]
     columns = (u, force_N, np.degrees(np.arctan(tan_beta)), x, band.astype(np.int64))
     return pd.DataFrame(dict(zip(MODEL_FORCE_COLUMNS, columns, strict=True)))
 
 
-def _band_table(fine: March, coarse: March, law: Law) -> pd.DataFrame:
+def _band_table(fine: March, coarse: March) -> pd.DataFrame:
     rows, starts = fine.rows, _starts(fine)
     beta = np.degrees(np.arctan(rows[:, 3]))
-    slip = rows[:, 1] * np.hypot(1.0, rows[:, 3]) / (1.0 - law.face * rows[:, 3])
+    x, top, _, _, joint_x, joint_y, forward = rows.T[4:]
+    slip = rows[:, 1] * forward * np.hypot(1.0, (top - joint_y) / (x - joint_x))
     other = _starts(coarse)
     common = min(len(starts), len(other))
     stds = np.full((2, len(starts)), np.nan)

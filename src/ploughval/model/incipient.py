@@ -7,9 +7,9 @@ import numpy as np
 
 from ploughval.errors import ConvergenceError
 from ploughval.model.ground import surface_from_face
-from ploughval.model.march import fresh_band
 from ploughval.model.settings import inclined, soil_law, soil_of
 from ploughval.model.surface import height_at
+from ploughval.model.weigh import straight_fresh
 from ploughval.scene import Scene
 
 SPAN = 1000.0  # depths of sand ahead of a blade without a box
@@ -47,7 +47,7 @@ def incipient(scene: Scene) -> Incipient:
     if abs(law.wall) < 0.5 * math.pi:
         room = np.empty((2, n + 1))
         room[:, :n] = x, y
-        force, place = fresh_band(room[0], room[1], n, law)
+        force, place = straight_fresh(room[0], room[1], n, law)
     if not math.isfinite(force):
         raise ConvergenceError(f"{scene.source}: every band locks. Check [blade] and [soil].")
     if place > x[-1]:

@@ -8,20 +8,23 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ploughval.model.march import Law, March, advance
+from ploughval.model.advance import advance
+from ploughval.model.law import Band, Law
+from ploughval.model.march import March
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Increment:
-    """One increment: the block left of the outcrop moves along the band, then the surface avalanches.
+    """One increment: the block left of the outcrop, or two, move along the band; then the surface avalanches.
 
     ``u_mm`` is the blade's displacement at its start, when the tip stands at (u_mm, 0) and the band runs from
     there to (outcrop_x_mm, outcrop_y_mm) on the surface. The block moves by du (1, tan beta) before an
     upright face, by that over 1 - tan(inclination) tan beta before one that leans. ``sheared`` and
     ``surface`` are (M, 2) world mm, starting at the blade's face at u_mm + du_mm: after the block's motion,
-    and after the avalanche.
+    and after the avalanche. Of two blocks the band bends at the joint, ``beta_deg`` is of the straight line
+    from tip to outcrop, and docs/theory-model.md, section 9 has the motion; of one the joint is the tip.
     """
 
     u_mm: float
@@ -33,6 +36,8 @@ class Increment:
     force_N: float
     sheared: Floats
     surface: Floats
+    joint_x_mm: float
+    joint_y_mm: float
 
 
 class Increments(Sequence[Increment]):
@@ -54,10 +59,10 @@ class Increments(Sequence[Increment]):
         if isinstance(index, slice):
             return [self[k] for k in range(*index.indices(len(self)))]
         k = range(len(self))[index]
-        u, du, _, tan_beta, x, y, band, _ = self._march.rows[k].tolist()
+        u, du, _, tan_beta, x, y, band, _, *joint, _ = self._march.rows[k].tolist()
         beta, force = math.degrees(math.atan(tan_beta)), float(self._force_N[k])
         sheared, after = self.sheared(k), self.surface_before(k + 1)
-        return Increment(u, du, beta, x, y, int(band), force, sheared, after)
+        return Increment(u, du, beta, x, y, int(band), force, sheared, after, *joint)
 
     def __iter__(self) -> Iterator[Increment]:
         return (self[k] for k in range(len(self)))
@@ -72,11 +77,11 @@ class Increments(Sequence[Increment]):
         return np.ascontiguousarray(self._march.pool[:, slice(*self._march.ends[k])].T)
 
 
-def surface_within(before: Floats, outcrop: float, du: float, law: Law) -> Floats:
-    """Surface (K, 2) at rest after a part ``du`` of an increment that began with the surface (M, 2)."""
+def surface_within(before: Floats, row: Floats, du: float, law: Law) -> Floats:
+    """Surface (K, 2) at rest after a part ``du`` of the increment of a row, which began with (M, 2)."""
     n = len(before)
     room = 6 * n + 20
     now, to, work = np.empty((2, room)), np.empty((4, room)), np.empty((4, room))
     now[:, :n] = before.T
-    count, _ = advance(now, n, outcrop, du, law, room, work, to)
+    count, _ = advance(now, n, Band(row[4], row[7], row[8] - row[0], row[9]), du, law, room, work, to)
     return np.ascontiguousarray(to[:2, :count].T)

@@ -1,7 +1,7 @@
 """Material points and tracer layers carried through a march (Kashizadeh et al., section 3.3)."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ploughval.axes import LAYER_COLUMNS
-from ploughval.model.march import Law, March
+from ploughval.model.bent_motion import velocities
+from ploughval.model.law import Law
+from ploughval.model.march import March
 from ploughval.model.surface import height_at
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ def carry(
 ) -> None:
     """Move points (N, 2) in place over a span: from, to (displacements) and the increment of the second.
 
-    Sand above the band and left of its outcrop moves with the block. What then stands higher than ``slack``
+    Sand above the band and left of its outcrop moves with its block. What then stands higher than ``slack``
     above the surface at rest has avalanched and becomes NaN. ``partial`` (M, 2) is the surface at the end.
     """
     moving = np.ascontiguousarray(points.T)
@@ -43,28 +45,70 @@ def _carry(moving: Floats, marched: March, face: float, span: tuple[float, float
     px, py, rows, ends, pool = moving[0], moving[1], marched.rows, marched.ends, marched.pool
     start, stop, last = span
     for k in range(min(last + 1, rows.shape[0] - 1)):
-        u, du, tan_beta, outcrop = rows[k, 0], rows[k, 1], rows[k, 3], rows[k, 4]
-        if u + du <= start:
-            continue
+        u, du = rows[k, 0], rows[k, 1]
         move = min(u + du, stop) - max(u, start)
-        if move <= 0.0:
+        if u + du <= start or move <= 0.0:
             continue
         x, y = pool[0, ends[k, 1] : ends[k + 1, 0]], pool[1, ends[k, 1] : ends[k + 1, 0]]
         whole = u + du <= stop
-        moved_before = max(u, start) - u
-        forward = 1.0 / (1.0 - face * tan_beta)
+        before = max(u, start) - u
+        now = u + before + move
+        bands = bands_of(rows[k], pool[1, ends[k - 1, 1] if k > 0 else 0])
         for i in range(px.size):
             if np.isnan(px[i]):
                 continue
             # a point that rode with this increment's block before `start` is judged where it came from
-            ahead = px[i] - face * py[i] - moved_before >= u - slack
-            in_block = px[i] - moved_before * forward < outcrop and py[i] > tan_beta * (px[i] - u)
-            if ahead and in_block:
+            if px[i] - face * py[i] - before >= u - slack:
+                forward, up = velocity(px[i], py[i], before, bands)
                 px[i] += move * forward
-                py[i] += move * forward * tan_beta
+                py[i] += move * up
+                if forward > 0.0 and bands.joint_x > u:
+                    px[i] = max(px[i], now)  # the face overtakes sand of block 2 at its top
             if whole and px[i] >= x[0] and py[i] > height_at(x, y, x.size, px[i]) + slack:
                 px[i] = np.nan
                 py[i] = np.nan
+
+
+class Bands(NamedTuple):
+    """Tip, top of the face, joint and outcrop of an increment; slopes of its bands; pace of block 2."""
+
+    tip: float
+    face_top: float
+    joint_x: float
+    joint_y: float
+    outcrop: float
+    lower: float
+    upper: float
+    forward: float
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def bands_of(row: Floats, face_top: float) -> Bands:
+    """The bands of a row of the march."""
+    joint, outcrop = (row[8], row[9]), (row[4], row[5])
+    lower, upper, _ = velocities(row[0], face_top, joint, outcrop)
+    return Bands(row[0], face_top, joint[0], joint[1], outcrop[0], lower, upper, row[10])
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def velocity(x: float, y: float, before: float, bands: Bands) -> tuple[float, float]:
+    """Velocity, for 1 of the blade's, of a point that has moved through ``before`` of an increment."""
+    behind, below = bands.forward, bands.forward * bands.upper
+    if block_at(x - before * behind, y - before * below, bands) == 2:
+        return behind, below
+    if block_at(x - before, y - before * bands.lower, bands) == 1:
+        return 1.0, bands.lower
+    return 0.0, 0.0
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def block_at(x: float, y: float, bands: Bands) -> int:
+    """The block in which a place lies: 1 at the face, 2 at the outcrop (the only one of one), 0 at rest."""
+    ahead = x - bands.joint_x
+    if x >= bands.outcrop or y - bands.joint_y <= ahead * (bands.upper if ahead >= 0.0 else bands.lower):
+        return 0
+    across = (bands.face_top - bands.joint_y) * ahead + (bands.joint_x - bands.tip) * (y - bands.joint_y)
+    return 1 if bands.joint_x > bands.tip and across < 0.0 else 2
 
 
 def layer_table(

@@ -8,9 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ploughval.model.mechanism import cheapest_band, force_factor
-from ploughval.model.softening import tan_mobilised
-from ploughval.model.surface import height_at, settle, shear, thin
+from ploughval.model.advance import advance, come_to_rest, tip_of
+from ploughval.model.bent_motion import velocities
+from ploughval.model.law import Band, Law
+from ploughval.model.surface import height_at
+from ploughval.model.weigh import weigh_fresh, weigh_old
 
 Floats = NDArray[np.float64]
 
@@ -29,126 +31,31 @@ class End(IntEnum):
     LOCKED = 2
 
 
-class Law(NamedTuple):
-    """What the kernel must know: angles in radians, lengths in mm; ``rides``, ``softened`` are 0 or 1."""
-
-    peak: float
-    residual: float
-    mobilization: float
-    wall: float
-    repose: float
-    rides: float
-    softened: float = 0.0  # 1: a fresh band leaves in the direction that is cheapest once it has softened
-    load: float = 0.0  # surcharge / unit weight
-    face: float = 0.0  # tangent of the face's inclination, which ``wall`` includes (Eq. 16)
-
-
 class Trial(NamedTuple):
-    """After an increment: the force of its band, of the cheapest fresh one, and where that comes out."""
+    """After an increment: its band with its force, and the cheapest fresh one with its price."""
 
     du: float
-    at: float
-    slip: float
     force: float
-    fresh: float
-    place: float
+    band: Band
+    price: float
+    fresh: Band
 
 
 class March(NamedTuple):
     """Rows of a march and its surfaces in one pool."""
 
-    rows: Floats  # (R, 8): u, du, P / unit weight, tan beta, outcrop x, outcrop y, band, slip; last du = 0
+    rows: Floats  # (R, 11): u, du, P / unit weight, tan beta, outcrop x, y, band, slip, joint x, y, forward
     ends: NDArray[np.int64]  # (R, 2): where the surface before and the sheared one end in the pool
     pool: Floats  # (2, K)
     end: int
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def band_force(
-    x: Floats,
-    y: Floats,
-    n: int,
-    outcrop: float,
-    tan_phi: float,
-    tan_wall: float,
-    load: float = 0.0,
-    lean: float = 0.0,
-) -> float:
-    """P / unit weight of the band from the tip at x[0] - lean to a place; see ``cheapest_band``."""
-    reach = outcrop - (x[0] - lean)
-    if reach <= 0.0:
-        return math.inf
-    area = 0.0
-    top = height_at(x, y, n, outcrop)
-    i = 0
-    while i + 1 < n and x[i + 1] < outcrop:
-        area += 0.5 * (y[i] + y[i + 1]) * (x[i + 1] - x[i])
-        i += 1
-    area += 0.5 * (y[i] + top) * (outcrop - x[i]) - 0.5 * reach * top
-    weight = area + 0.5 * lean * y[0] + load * (outcrop - x[0])
-    force: float = weight * force_factor(top / reach, tan_phi, tan_wall)
-    return force
-
-
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def advance(
-    now: Floats, n: int, outcrop: float, du: float, law: Law, crowd: int, work: Floats, to: Floats
-) -> tuple[int, int]:
-    """One increment from ``now`` (2, room) into ``to``: rows 0, 1 at rest, 2, 3 sheared; both counts.
-
-    In the oblique coordinates x - y tan(inclination) the face is upright and the block moves by du with it,
-    as before a vertical blade (docs/theory-model.md, section 8).
-    """
-    across, y = now[0], now[1]
-    top = height_at(across, y, n, outcrop)
-    if law.face != 0.0:
-        across = work[0]
-        across[:n] = now[0, :n] - law.face * y[:n]
-    foot = outcrop - law.face * top
-    m = shear(across, y, n, foot, top / (foot - across[0]), du, to[2], to[3])
-    if m > crowd:
-        deviation = 1e-9 * y[0]
-        while m > crowd // 2:
-            m = thin(to[2], to[3], m, deviation)
-            deviation *= 2.0
-    to[0, :m], to[1, :m] = to[2, :m], to[3, :m]
-    rest = come_to_rest(to[0], to[1], m, law, work)
-    if law.face != 0.0:
-        to[0, :rest] += law.face * to[1, :rest]
-        to[2, :m] += law.face * to[3, :m]
-    return rest, m
-
-
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def come_to_rest(across: Floats, y: Floats, n: int, law: Law, work: Floats) -> int:
-    """Avalanche in oblique coordinates, where rises and falls at the slope of repose are not alike."""
-    repose = math.tan(law.repose)
-    count: int = settle(
-        across, y, n, repose / (1.0 + law.face * repose), repose / (1.0 - law.face * repose), work
-    )
-    return count
-
-
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def fresh_band(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
-    """P / unit weight of a fresh band, and its outcrop; beyond the last node: sand is missing."""
-    x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
-    tan_peak, tan_wall, lean = math.tan(law.peak), math.tan(law.wall), law.face * y[0]
-    if law.softened > 0.0 and law.peak > law.residual:
-        force, place = cheapest_band(x, y, n + 1, math.tan(law.residual), tan_wall, law.load, lean)
-        if math.isfinite(force):
-            force = band_force(x, y, n + 1, place, tan_peak, tan_wall, law.load, lean)
-    else:
-        force, place = cheapest_band(x, y, n + 1, tan_peak, tan_wall, law.load, lean)
-    return force, place
-
-
-@njit(cache=True, nogil=True)  # type: ignore[misc]
 def lacking(wanted: Trial, edge: float) -> int:
     """Why the fresh band that is wanted cannot be had: it comes out where no sand is, or locks; else 0."""
-    if not math.isfinite(wanted.fresh):
+    if not math.isfinite(wanted.price):
         return 2
-    return 1 if wanted.place > edge else 0
+    return 1 if wanted.fresh.outcrop > edge else 0
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -162,25 +69,29 @@ def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def try_increment(
-    now: Floats, n: int, law: Law, band: tuple[float, float], du: float, crowd: int, work: Floats, to: Floats
-) -> tuple[int, int, Trial]:
-    """Advance by du with the band (outcrop, slip) and weigh the bands after it; counts as in ``advance``."""
-    outcrop, slip = band
-    tan_beta = height_at(now[0], now[1], n, outcrop) / (outcrop - tip_of(now, law))
+def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float]:
+    """How far the block at the outcrop moves forward, and slips on its band, for 1 of the blade's travel."""
+    top = height_at(now[0], now[1], n, band.outcrop)
+    if band.joint_ahead > 0.0:
+        joint, out = (tip + band.joint_ahead, band.joint_up), (band.outcrop, top)
+        _, upper, forward = velocities(tip, now[1, 0], joint, out)
+        return forward, forward * math.hypot(1.0, upper)
+    tan_beta = top / (band.outcrop - tip)
     forward = 1.0 / (1.0 - law.face * tan_beta)
-    rest, sheared = advance(now, n, outcrop, du, law, crowd, work, to)
-    at, slip = outcrop + du * forward * law.rides, slip + du * forward * math.hypot(1.0, tan_beta)
-    tan_phi, lean = tan_mobilised(slip, law.peak, law.residual, law.mobilization), law.face * to[1, 0]
-    force = band_force(to[0], to[1], rest, at, tan_phi, math.tan(law.wall), law.load, lean)
-    fresh, place = fresh_band(to[0], to[1], rest, law)
-    return rest, sheared, Trial(du, at, slip, force, fresh, place)
+    return forward, forward * math.hypot(1.0, tan_beta)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
-def tip_of(surface: Floats, law: Law) -> float:
-    """Where the tip stands, from where the surface meets the face."""
-    return float(surface[0, 0] - law.face * surface[1, 0])
+def try_increment(
+    now: Floats, n: int, law: Law, band: Band, du: float, crowd: int, work: Floats, to: Floats
+) -> tuple[int, int, Trial]:
+    """Advance by du with the band and weigh the bands after it; counts as in ``advance``."""
+    forward, slip = pace(now, n, law, band, tip_of(now, law))
+    rest, sheared = advance(now, n, band, du, law, crowd, work, to)
+    at = band.outcrop + du * forward * law.rides
+    force, old = weigh_old(to, rest, law, at, band.slip + du * slip, work[0])
+    price, fresh = weigh_fresh(to, rest, law, work[0])
+    return rest, sheared, Trial(du, force, old, price, fresh)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -188,7 +99,7 @@ def up_to_switch(
     now: Floats,
     n: int,
     law: Law,
-    band: tuple[float, float],
+    band: Band,
     limits: tuple[float, float],
     crowd: int,
     work: Floats,
@@ -200,18 +111,17 @@ def up_to_switch(
     """
     least, du = limits
     rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
-    creeps = abs(last.place - last.at) <= SAME_BAND * (last.at - tip_of(to, law))
-    if law.peak <= law.residual or last.force <= last.fresh or creeps:
+    if law.peak <= law.residual or last.force <= last.price or creeps_on(to, law, last):
         return rest, sheared, last, False
     low, high, whole = 0.0, du, du
-    gap_low, gap_high = -math.inf, last.force - last.fresh
+    gap_low, gap_high = -math.inf, last.force - last.price
     for turn in range(60):
         du = 0.5 * (low + high)
         if turn % 3 != 2 and math.isfinite(gap_low) and math.isfinite(gap_high):
             du = low + (high - low) * gap_low / (gap_low - gap_high)
         rest, sheared, last = try_increment(now, n, law, band, du, crowd, work, to)
-        gap = last.force - last.fresh
-        if abs(gap) <= 1e-9 * last.fresh or high - low <= 1e-9 * whole:
+        gap = last.force - last.price
+        if abs(gap) <= 1e-9 * last.price or high - low <= 1e-9 * whole:
             break
         if gap > 0.0:
             high, gap_high = du, gap
@@ -219,8 +129,15 @@ def up_to_switch(
             low, gap_low = du, gap
     if last.du < least:
         rest, sheared, last = try_increment(now, n, law, band, min(least, whole), crowd, work, to)
-        return rest, sheared, last, last.force > last.fresh
+        return rest, sheared, last, last.force > last.price
     return rest, sheared, last, True
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def creeps_on(surface: Floats, law: Law, trial: Trial) -> bool:
+    """Whether the fresh band comes out so near the old one that it is the same creeping on."""
+    near = SAME_BAND * (trial.band.outcrop - tip_of(surface, law))
+    return bool(abs(trial.fresh.outcrop - trial.band.outcrop) <= near)
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -231,34 +148,29 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     """
     crowd = max(400, 2 * surface.shape[1])
     now, to, work = np.empty((2, 4 * crowd)), np.empty((4, 4 * crowd)), np.empty((4, 4 * crowd))
-    n = surface.shape[1]
-    now[:, :n] = surface
-    now[0, :n] -= law.face * now[1, :n]
-    n = come_to_rest(now[0], now[1], n, law, work)
-    now[0, :n] += law.face * now[1, :n]
+    n = _lay(surface, law, now, work)
     far = now[1, n - 1]
-    rows, ends = np.empty((256, 8)), np.empty((256, 2), np.int64)
+    rows, ends = np.empty((256, 11)), np.empty((256, 2), np.int64)
     pool = np.empty((2, 4096 if store else 1))
     count, filled, band, end = 0, 0, -1, 0
     u, born, switches = 0.0, 0.0, True
-    fresh, place = fresh_band(now[0], now[1], n, law)
-    last = Trial(0.0, place, 0.0, fresh, fresh, place)
+    price, fresh = weigh_fresh(now, n, law, work[0])
+    last = Trial(0.0, price, fresh, price, fresh)
     while True:
-        if switches or law.peak <= law.residual or last.fresh < last.force:
+        if switches or law.peak <= law.residual or last.price < last.force:
             end = lacking(last, now[0, n - 1])
             if end != 0 and band < 0:
                 break
             if end == 0:
-                jump = abs(last.place - last.at) > SAME_BAND * (last.at - tip_of(now, law))
-                band += 1 if band < 0 or (jump and law.peak > law.residual) else 0
-                slip = 0.0 if law.peak > law.residual else last.slip
-                last = Trial(0.0, last.place, slip, last.fresh, last.fresh, last.place)
+                jump = not creeps_on(now, law, last) and law.peak > law.residual
+                band += 1 if band < 0 or jump else 0
+                last = take(last, law)
                 born = u
         if count == rows.shape[0]:
             rows, ends = np.concatenate((rows, rows)), np.concatenate((ends, ends))
-        top = height_at(now[0], now[1], n, last.at)
-        tan_beta = top / (last.at - u)
-        rows[count] = np.array((u, 0.0, last.force, tan_beta, last.at, top, float(band), last.slip))
+        forward, slip = pace(now, n, law, last.band, u)
+        top = height_at(now[0], now[1], n, last.band.outcrop)
+        rows[count] = row_of(u, float(band), last, top, forward)
         if store:
             pool, filled = _store(pool, filled, now, n)
         ends[count] = filled
@@ -269,12 +181,10 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
             break
         du = min(step, travel - u)
         if law.peak > law.residual:
-            rate = math.hypot(1.0, tan_beta) / (1.0 - law.face * tan_beta)
-            du = min(du, increment(step, law, last.slip, 1.0 / rate))
-        active = (last.at, last.slip)
+            du = min(du, increment(step, law, last.band.slip, 1.0 / slip))
         limits = (born + step / LEAST_LIFE - u, du)
-        rest, sheared, last, switches = up_to_switch(now, n, law, active, limits, crowd, work, to)
-        if not math.isfinite(min(last.force, last.fresh)):
+        rest, sheared, last, switches = up_to_switch(now, n, law, last.band, limits, crowd, work, to)
+        if not math.isfinite(min(last.force, last.price)):
             end = 2
             break
         if store:
@@ -285,6 +195,37 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
         now[:, :n] = to[:2, :n]
         u = travel if abs(u + last.du - travel) < 1e-12 * travel else u + last.du
     return March(rows[:count].copy(), ends[:count].copy(), pool[:, :filled].copy(), end)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def _lay(surface: Floats, law: Law, now: Floats, work: Floats) -> int:
+    """Write the initial surface, at rest, into ``now``; the count of its nodes."""
+    n = surface.shape[1]
+    now[:, :n] = surface
+    now[0, :n] -= law.face * now[1, :n]
+    n = come_to_rest(now[0], now[1], n, law, work)
+    now[0, :n] += law.face * now[1, :n]
+    return n
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def take(last: Trial, law: Law) -> Trial:
+    """The fresh band in force; sand that does not soften keeps its count of slip."""
+    new, slip = last.fresh, 0.0 if law.peak > law.residual else last.band.slip
+    taken = Band(new.outcrop, slip, new.joint_ahead, new.joint_up)
+    return Trial(0.0, last.price, taken, last.price, taken)
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def row_of(u: float, number: float, last: Trial, top: float, forward: float) -> Floats:
+    """Row of ``March.rows`` at the start of an increment whose band comes out at the height ``top``.
+
+    The angle is that of the straight line from tip to outcrop; ``forward`` is how far the block at the
+    outcrop moves along x for 1 of the blade's travel.
+    """
+    band = last.band
+    head = (u, 0.0, last.force, top / (band.outcrop - u), band.outcrop, top, number)
+    return np.array((*head, band.slip, u + band.joint_ahead, band.joint_up, forward))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]

@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from ploughval.model.surface import height_at
+
 Floats = NDArray[np.float64]
 
 
@@ -112,6 +114,33 @@ def force_factor(tan_beta: float, tan_phi: float, tan_wall: float) -> float:
     if locks <= 0.0:
         return math.inf
     return (tan_beta + tan_phi) * math.sqrt(1.0 + tan_wall * tan_wall) / locks
+
+
+@njit(cache=True, nogil=True)  # type: ignore[misc]
+def band_force(
+    x: Floats,
+    y: Floats,
+    n: int,
+    outcrop: float,
+    tan_phi: float,
+    tan_wall: float,
+    load: float = 0.0,
+    lean: float = 0.0,
+) -> float:
+    """P / unit weight of the band from the tip at x[0] - lean to a place; see ``cheapest_band``."""
+    reach = outcrop - (x[0] - lean)
+    if reach <= 0.0:
+        return math.inf
+    area = 0.0
+    top = height_at(x, y, n, outcrop)
+    i = 0
+    while i + 1 < n and x[i + 1] < outcrop:
+        area += 0.5 * (y[i] + y[i + 1]) * (x[i + 1] - x[i])
+        i += 1
+    area += 0.5 * (y[i] + top) * (outcrop - x[i]) - 0.5 * reach * top
+    weight = area + 0.5 * lean * y[0] + load * (outcrop - x[0])
+    force: float = weight * force_factor(top / reach, tan_phi, tan_wall)
+    return force
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]

@@ -4,7 +4,8 @@ import math
 
 from ploughval.errors import ConfigError, ConvergenceError, Fault
 from ploughval.model.ground import surface_ahead
-from ploughval.model.march import End, Law, March, march
+from ploughval.model.law import Law
+from ploughval.model.march import End, March, march
 from ploughval.scene import Scene, Soil
 
 STEP_PER_TOLERANCE = (
@@ -32,8 +33,13 @@ def soil_law(soil: Soil, outcrop: str, *, direction: str = "least_force") -> Law
 
 
 def scene_law(scene: Scene, soil: Soil) -> Law:
-    """A soil under the rules of a scene's [model], before its blade; refuses faces flatter than the sand."""
+    """A soil under the rules of a scene's [model], before its blade; refuses faces flatter than the sand.
+
+    A smooth blade has one block: two pay only beside friction on the face (docs/theory-model.md, section 9).
+    """
     law = soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
+    if scene.model.mechanism == "two_blocks" and law.wall > 0.0:
+        law = law._replace(blocks=2.0)
     lean = scene.blade.inclination_deg
     most = 90.0 - soil.slope_of_repose_deg
     if lean != 0.0 and abs(lean) >= most:
