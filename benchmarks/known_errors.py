@@ -182,8 +182,9 @@ def error_rows(folder: Path, scene: Scene | None = None) -> Iterator[dict[str, o
 
 
 def verdict_rows(folder: Path, scene: Scene) -> Iterator[dict[str, object]]:
-    """One row a metric of a processed test compared under other settings: its error and its verdict."""
-    measured = measured_tables(folder)
+    """One row a metric of force and bands of a processed test under other settings: error and verdict."""
+    results = folder / "results"
+    measured = Tables(pd.read_csv(results / "force.csv"), pd.read_csv(results / "bands.csv"), None, None)
     history = simulate(scene, displacement_mm=scene.model.displacement_mm or _travel(measured))
     for metric in measured.compared(scene, history).metrics:
         yield {

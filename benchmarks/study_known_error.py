@@ -44,13 +44,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = [row for rows in pool.map(_verdicts_of, some) for row in rows]
     if options.rows is not None:
         rows.to_csv(options.rows, index=False)
-    table, power = summary(rows), power_table(pd.DataFrame(found))
+    table = summary(rows)
     print(table.to_string(float_format=lambda v: f"{v:.3g}"))
-    print(power.to_string(index=False, float_format=lambda v: f"{v:.3g}"))
     table.to_csv(options.out / "known-error.csv", float_format="%.4g", index_label="metric")
-    power.to_csv(options.out / "known-error-power.csv", float_format="%.4g", index=False)
     draw_coverage(table, options.out / "known-error.png")
-    draw_power(power, options.out / "known-error-power.png")
+    if found:
+        power = power_table(pd.DataFrame(found))
+        print(power.to_string(index=False, float_format=lambda v: f"{v:.3g}"))
+        power.to_csv(options.out / "known-error-power.csv", float_format="%.4g", index=False)
+        draw_power(power, options.out / "known-error-power.png")
 
 
 def _errors_of(folder: Path) -> list[dict[str, object]]:
