@@ -286,6 +286,12 @@ def test_trend_that_the_model_shares_is_told_from_one_that_it_does_not():
         assert depth_trends(series, several)[0].verdict == word
 
 
+def test_counts_that_are_all_alike_tell_nothing_of_depth():
+    tests = [record(depth=d, values={"peaks_count": Value("1", 3.0, 0.0, 3.0)}) for d in (20.0, 30.0, 40.0)]
+    (series,) = group_tests(tests).along(DEPTH)
+    assert depth_trends(series, tests)[0].verdict == "unknown"
+
+
 def test_depth_uncertainty_enters_the_scaled_metric():
     one = record(blade={"depth_std_mm": 0.3})
     scaled = one.scaled(Value("N", 10.0, 0.0))

@@ -134,7 +134,7 @@ def _predicted_power(depth: Floats, models: Floats, scale_power: int) -> float:
 
 
 def _verdict(measured: Line | None, beyond: Line | None) -> Verdict:
-    if measured is None or not np.isfinite(measured.slope_low):
+    if measured is None or not measured.slope_low < measured.slope_high:  # NaN, or values all alike
         return "unknown"
     if measured.slope_low <= 0 <= measured.slope_high:
         return "none"

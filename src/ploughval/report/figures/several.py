@@ -44,7 +44,7 @@ def scatter_figure(repeats: Sequence[Repeat]) -> Figure:
             beyond = int(np.sum(~inside & (np.sign(values) == side)))
             axes.plot([side * FARTHEST_PER_CENT] * beyond, [row + 0.08] * beyond, marker, color=colour, ms=7)
     axes.axvline(0, color=INK, lw=0.8)
-    _rows(axes, rows, [plain(label(repeat.metric)) for repeat in repeats])
+    _rows(axes, rows, [_named(repeat.metric, repeat.unit) for repeat in repeats])
     axes.set_xlabel("difference from the mean of the tests, %")
     axes.barh(np.nan, 0, color=MUTED, alpha=0.3, label="stated")
     axes.plot([], [], color=MEASURED, lw=3, label="s between tests")
@@ -186,6 +186,10 @@ def power_figure(trend: Trend) -> Figure:
     axes.set_yscale("log")
     ticks = np.unique(trend.depth_mm.round(3))
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    low, high = axes.get_ylim()
+    heights = [step * 10.0**power for power in range(-9, 10) for step in (1, 2, 5)]
+    heights = [height for height in heights if low <= height <= high]
+    axes.set_yticks(heights, [f"{height:g}" for height in heights])
     axes.minorticks_off()
     axes.set_xlabel("depth d, mm")
     axes.set_ylabel(f"{plain(label(trend.metric))} over its\nscale at {np.exp(line.centre):.3g} mm")
@@ -221,13 +225,19 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
         axes.plot([low, high], [row, row], color=colour, lw=2)
         mean = np.clip(error.pooled.pooled / size, -FARTHEST_ERROR, FARTHEST_ERROR)
         axes.plot(mean, row, "D", ms=6, color=colour)
-    _rows(axes, rows, [plain(label(error.metric)) for error in errors])
+    _rows(axes, rows, [_named(error.metric, error.scale) for error in errors])
     axes.set_xlim(-FARTHEST_ERROR * 1.03, FARTHEST_ERROR * 1.03)
     axes.set_xlabel("E / u_val, model − experiment (grey band: a test agrees)")
     axes.plot([], [], "o", ms=4, color=MUTED, label="tests")
     axes.plot([], [], "D-", ms=6, color=MEASURED, label="mean, 95 %")
     figure.legend(loc="outside upper center", ncols=2)
     return figure
+
+
+def _named(metric: str, measure: str) -> str:
+    """A metric's name with its unit, for metrics of one name and two units."""
+    shown = unit(measure)
+    return plain(f"{label(metric)}, {shown}" if shown else label(metric))
 
 
 def _rows(axes: Axes, rows: Floats, names: Sequence[str]) -> None:

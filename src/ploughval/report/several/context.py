@@ -50,8 +50,8 @@ def _agreement(found: SeveralFindings) -> tuple[int, int]:
 
 def _scatter(found: SeveralFindings) -> tuple[int, int]:
     """Metrics whose scatter is as stated, of those that can be judged, over all groups."""
-    verdicts = [repeat.pooled.verdict for every in found.repeats.values() for repeat in every]
-    return verdicts.count("explained"), len(verdicts) - verdicts.count("unknown")
+    counted = [found.scatter(group) for group in found.repeats]
+    return sum(one["explained"] for one in counted), sum(one["judged"] for one in counted)
 
 
 def _verdict(found: SeveralFindings) -> str:

@@ -31,6 +31,7 @@ _SAYS = {
     "unknown": ("too few tests", "unknown"),
 }
 MOST_PANELS = 12
+NUMERICAL = 1e-3  # relative error that the model is run to
 _PREFERRED = "first_peak_N"
 
 
@@ -91,10 +92,16 @@ def _row(trend: Trend) -> list[Cell]:
         value_cell(len(trend.tests)),
         value_cell(level),
         with_interval(*_change(trend, trend.measured)),
-        value_cell(_change(trend, trend.predicted)[0], 3),
+        _predicted(trend, level),
         with_interval(*_change(trend, trend.beyond)),
         Cell(word, mark=mark),
     ]
+
+
+def _predicted(trend: Trend, level: float) -> Cell:
+    """The model's change; what its numerical error leaves of none is 0."""
+    change = _change(trend, trend.predicted)[0]
+    return value_cell(0.0 if abs(change) < NUMERICAL * abs(level) else change, 3)
 
 
 def _power(trend: Trend) -> list[Cell]:

@@ -69,6 +69,7 @@ def numbers_record(found: SeveralFindings) -> dict[str, Any]:
         "groups": {group.label: [names[place] for place in group.members] for group in found.grouping.groups},
         "varying": [f"{key.table}.{key.name}" for key in found.grouping.varying],
         "model_rules_varying": list(found.grouping.model_rules),
+        "scatter": {group: found.scatter(group) for group in found.repeats},
         "repeatability": [_plain(repeat, names) for every in found.repeats.values() for repeat in every],
         "repeatability_over_groups": [_plain(level, names) for level in found.levels],
         "histories": {label: _plain(history, names) for label, history in found.histories.items()},
@@ -105,7 +106,9 @@ def _rows(found: SeveralFindings) -> Iterator[Row]:
 
 
 def _repeat_rows(found: SeveralFindings) -> Iterator[Row]:
-    for every in found.repeats.values():
+    for group, every in found.repeats.items():
+        for word, count in found.scatter(group).items():
+            yield ("repeatability", group, "", "", "1", f"metrics {word}", float(count))
         for repeat in every:
             for quantity, value in _numbers(repeat.pooled):
                 yield ("repeatability", repeat.group, "", repeat.metric, repeat.unit, quantity, value)

@@ -66,6 +66,12 @@ class SeveralFindings:
         original = self.grouping.group_of(self.grouping.copies[place])
         return f"({original.label})" if original is not None else ""
 
+    def scatter(self, group: str) -> dict[str, int]:
+        """How many metrics of a group's repeats are judged, and scatter as stated, more or less."""
+        words = [repeat.pooled.verdict for repeat in self.repeats[group]]
+        judged = {"judged": len(words) - words.count("unknown")}
+        return {**judged, **{word: words.count(word) for word in ("explained", "more", "less")}}
+
     def members(self, group: Group) -> str:
         """Names of a group's tests."""
         return ", ".join(self.names[place] for place in group.members)

@@ -19,14 +19,14 @@ HEAD = (
     "Birge ratio",
     "Excess τ (95 %)",
     "Pooled value (95 %)",
-    "Scatter",
+    "Than stated",
 )
-MOST_GROUPS = 5
+MOST_GROUPS = 2  # whose figures and tables are shown at once
 _WORDS = {
     "explained": ("as stated", "agrees"),
-    "more": ("more than stated", "differs"),
-    "less": ("less than stated", ""),
-    "unknown": ("nothing stated", "unknown"),
+    "more": ("more", "differs"),
+    "less": ("less", ""),
+    "unknown": ("none stated", "unknown"),
 }
 LEAD = (
     "s_r is the repeatability standard deviation of ISO 5725-2: of tests under equal conditions in one "
@@ -46,14 +46,15 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     tables: list[Table] = []
     notes: list[str] = []
     shown = _shown(found)
-    for place, (group, repeats) in enumerate(found.repeats.items()):
+    tables.append(_summary(found))
+    for group in sorted(found.repeats, key=lambda label: label not in shown):
+        repeats = found.repeats[group]
         for subject, some in by_subject(repeats).items():
             if group in shown:
                 drawings += _scatter(some, f"Group {group}, {subject.lower()}", pen)
             title = f"Repeatability, group {group}: {subject.lower()}"
-            tables.append(
-                Table(title, HEAD, [_row(repeat) for repeat in some], kind="wide", folded=place > 1)
-            )
+            rows = [_row(repeat) for repeat in some]
+            tables.append(Table(title, HEAD, rows, kind="wide", folded=group not in shown))
         notes += _notes(found, repeats)
     for group, history in found.histories.items():
         if group in shown:
@@ -61,7 +62,9 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
             drawings.append(pen.draw(envelope_figure(history), words, words + _envelope_words(found, group)))
     hidden = {*found.repeats, *found.histories} - shown
     if hidden:
-        notes.append(f"Figures are of the {MOST_GROUPS} groups with the most tests; all are in the tables.")
+        notes.append(
+            f"Figures are of the {MOST_GROUPS} groups with the most tests; the tables of others are folded."
+        )
     tables += [*_switches(found), *_levels(found)]
     return Chapter("repeatability", "Repeatability", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
 
@@ -96,7 +99,7 @@ def _scatter(repeats: Sequence[Repeat], of: str, pen: Pen) -> list[Drawing]:
     drawn = [repeat for repeat in repeats if abs(repeat.pooled.mean) > 0 and repeat.pooled.std > 0]
     if not drawn:
         return []
-    words = f"{of}: scatter of {len(drawn)} metrics between tests, in per cent of their mean."
+    words = f"{of}: scatter between tests, in per cent of the mean of each metric."
     caption = "Dots: tests. Line: ± s_r. Grey: ± the standard uncertainty that the tests state."
     return [pen.draw(scatter_figure(drawn), words, f"{words} {caption}")]
 
@@ -136,24 +139,20 @@ def _row(repeat: Repeat) -> list[Cell]:
     ]
 
 
+def _summary(found: SeveralFindings) -> Table:
+    """Of each group, how many metrics scatter as their tests state."""
+    rows = [[Cell(group), *map(value_cell, found.scatter(group).values())] for group in found.repeats]
+    notes = (
+        "At 95 % one metric in twenty is called otherwise by chance.",
+        "Scatter below what is stated is no fault: parts common to all tests (calibration, width, the same "
+        "empty runs) do not show as scatter, nor do they average out.",
+    )
+    head = ("Group", "Metrics judged", "Scatter as stated", "More", "Less")
+    return Table("Do the stated uncertainties explain the scatter?", head, rows, footnotes=notes)
+
+
 def _notes(found: SeveralFindings, repeats: Sequence[Repeat]) -> list[str]:
-    group = repeats[0].group
-    judged = [repeat.pooled.verdict for repeat in repeats if repeat.pooled.verdict != "unknown"]
     said = []
-    if judged:
-        chance = (
-            f"; at 95 % some {0.05 * len(judged):.1g} of {len(judged)} would be called otherwise by chance"
-        )
-        said.append(
-            f"Group {group}: the stated uncertainty explains the scatter of {judged.count('explained')} of "
-            f"{len(judged)} metrics; {judged.count('more')} scatter more, "
-            f"{judged.count('less')} less{chance}."
-        )
-    if "less" in judged:
-        said.append(
-            f"Group {group}: scatter below what is stated is no fault. Parts common to all tests "
-            "(calibration, width, the same empty runs) do not show as scatter, nor do they average out."
-        )
     for repeat in repeats:
         if repeat.pooled.outlier >= 0:
             name = found.names[repeat.tests[repeat.pooled.outlier]]
@@ -186,7 +185,7 @@ def _switches(found: SeveralFindings) -> list[Table]:
     for group, history in found.histories.items():
         for number_, pooled in enumerate(history.switches):
             rows.append([Cell(f"{group}, switch {number_ + 1}"), *_place(pooled)])
-    head = ("Group and switch", "Tests", "Mean u / d", "s_r (95 %)", "Stated u", "Scatter")
+    head = ("Group and switch", "Tests", "Mean u / d", "s_r (95 %)", "Stated u", "Than stated")
     counts = [
         f"Group {group}: within the common travel tests have {_either(history.switch_counts)} switches; the "
         "first of each are compared, which need not be the same event."
