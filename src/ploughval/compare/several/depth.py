@@ -86,16 +86,11 @@ def depth_trends(series: Sequence[Group], records: Sequence[Record]) -> list[Tre
     label = ", ".join(group.label for group in series)
     found = []
     for name in measured_names([records[place] for place in places]):
-        scaled = {place: _scaled(records[place], name) for place in places}
+        scaled = {place: records[place].scaled_metric(name) for place in places}
         known = {place: v for place, v in scaled.items() if v is not None and np.isfinite(v.experiment)}
         if len({round(records[place].depth_mm, 6) for place in known}) > 1:
             found.append(_trend(label, name, known, records))
     return found
-
-
-def _scaled(record: Record, name: str) -> Value | None:
-    value = record.values.get(name)
-    return None if value is None else record.scaled(value)
 
 
 def _trend(label: str, name: str, known: dict[int, Value], records: Sequence[Record]) -> Trend:

@@ -71,8 +71,7 @@ def mean_errors(places: Sequence[int], records: Sequence[Record]) -> list[MeanEr
     for name in metric_names([records[place] for place in places]):
         known = {}
         for place in places:
-            value = records[place].values.get(name)
-            scaled = None if value is None else records[place].scaled(value)
+            scaled = records[place].scaled_metric(name)
             if scaled is not None and np.isfinite(scaled.error):
                 known[place] = scaled
         if len(known) > 1:

@@ -114,6 +114,11 @@ class Record:
             size *= weight * self.depth_mm**2 * self.number("blade", "width_mm") / 2
         return Scale(size, _WORDS[powers], 2 * powers[0] + powers[1]) if np.isfinite(size) else None
 
+    def scaled_metric(self, name: str) -> Value | None:
+        """A metric by its name, scaled; None where the test does not have it or it cannot be scaled."""
+        value = self.values.get(name)
+        return None if value is None else self.scaled(value)
+
     def scaled(self, value: Value) -> Value | None:
         """A metric divided by its scale, the depth's own uncertainty added to the measured side; or None."""
         scale = self.scale(value.unit)

@@ -102,7 +102,7 @@ def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[
     for name in measured_names(records):
         sums, dof, cells, words = 0.0, 0, 0, ""
         for group in groups:
-            scaled = [_scaled(records[place], name) for place in group.members]
+            scaled = [records[place].scaled_metric(name) for place in group.members]
             values = [
                 value.experiment for value in scaled if value is not None and np.isfinite(value.experiment)
             ]
@@ -117,11 +117,6 @@ def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[
             std = float(np.sqrt(sums / dof))
             found.append(LevelsTogether(name, words, cells, dof, std, *std_interval(std, dof)))
     return found
-
-
-def _scaled(record: Record, name: str) -> Value | None:
-    value = record.values.get(name)
-    return None if value is None else record.scaled(value)
 
 
 def _sides(values: Sequence[Value]) -> tuple[tuple[float, ...], tuple[float, ...]]:
