@@ -46,11 +46,11 @@ def test_differences_of_matched_switches_are_those_that_were_made():
     pairs = matched(measured, model)
     found = {metric.name: metric for metric in pair_metrics(pairs, ensemble([]))}
     assert found["switches_matched_count"].experiment == 2
-    assert found["switches_u_mm"].error == pytest.approx(0.05 * (38 + 95) / 2)
-    assert found["switches_u_rms_mm"].error == pytest.approx(0.05 * np.sqrt((38**2 + 95**2) / 2))
-    assert found["switches_force_N"].error == pytest.approx(0.1 * (18 + 26) / 2)
-    assert found["switches_drop_rms_N"].error == pytest.approx(0.1 * np.sqrt((10**2 + 14**2) / 2))
-    assert found["switches_spacing_mm"].error == pytest.approx(0.05 * 57)
+    assert found["switch_u_mean_mm"].error == pytest.approx(0.05 * (38 + 95) / 2)
+    assert found["switch_u_rms_mm"].error == pytest.approx(0.05 * np.sqrt((38**2 + 95**2) / 2))
+    assert found["switch_force_mean_N"].error == pytest.approx(0.1 * (18 + 26) / 2)
+    assert found["switch_drop_rms_N"].error == pytest.approx(0.1 * np.sqrt((10**2 + 14**2) / 2))
+    assert found["switch_spacing_mean_mm"].error == pytest.approx(0.05 * 57)
     table = pair_table(pairs, measured, model)
     assert table["switch_model"].tolist() == [1.0, 2.0]
     np.testing.assert_allclose(table["u_mm_error"], [0.05 * 38, 0.05 * 95])
@@ -71,9 +71,9 @@ def test_drawn_switches_widen_the_model_by_their_scatter():
     pairs = matched(reading(), reading(), drawn)
     found = {metric.name: metric for metric in pair_metrics(pairs, ensemble(drawn))}
     spread = np.std(np.linspace(0.9, 1.1, 21))
-    assert found["switches_force_N"].input_std == pytest.approx(22.0 * spread)
-    assert found["switches_force_N"].dominant_input == "unit_weight_kN_m3"
-    assert found["switches_u_mm"].input_std == pytest.approx(0.0, abs=1e-9)
+    assert found["switch_force_mean_N"].input_std == pytest.approx(22.0 * spread)
+    assert found["switch_force_mean_N"].dominant_input == "unit_weight_kN_m3"
+    assert found["switch_u_mean_mm"].input_std == pytest.approx(0.0, abs=1e-9)
 
 
 def metrics_of(measured, model, drawn=()):

@@ -104,13 +104,13 @@ def test_same_files_give_the_same_bytes(page, result_folder, tmp_path):
 
 def test_numbers_of_the_metrics_table_are_those_of_the_file(page, result_folder):
     stored = json.loads((result_folder / "metrics.json").read_text())["metrics"]
-    rows = {row[0]: row for row in read(page).rows if len(row) == 7}
+    rows = {row[0]: row for row in read(page).rows if len(row) == 8}
     row = rows["First peak, N"]
     assert row[1] == "12.00 ± 0.16"  # to the second digit of the uncertainty
     assert row[2] == "12.34 ± 0.11"
     assert row[5] == "yes"
     assert rows["Outcrop x, mm"][5] == "no"
-    assert rows["Line of action, mm"][5:] == ["unknown", "a"]
+    assert rows["Line of action, mm"][5:] == ["unknown", "", "a"]
     assert "<li>the model has no line of action</li>" in page.read_text(encoding="utf-8")
     values = [float(v) for tag, name, v in read(page).attributes if tag == "data" and name == "value"]
     for metric in stored.values():

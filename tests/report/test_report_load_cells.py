@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from ploughval.report.blocks import Pen
-from ploughval.report.chapters import force_chapter
+from ploughval.report.force import force_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.results import read_results
 

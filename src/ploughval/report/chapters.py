@@ -1,7 +1,5 @@
 """The chapters of one test: each is there when its files are, or says what could not be had."""
 
-from collections import Counter
-
 import numpy as np
 import pandas as pd
 
@@ -13,19 +11,15 @@ from ploughval.report.blocks import (
     Pen,
     Table,
     band_rows,
-    table_of,
     value_cell,
 )
 from ploughval.report.figures import (
-    arm_figure,
     bands_figure,
     field_figure,
-    force_figure,
     kinematics_figure,
 )
 from ploughval.report.results import Results
 from ploughval.report.stages import increments_shown, view
-from ploughval.report.text import number
 from ploughval.scene import Step
 
 MOST_PLACES = 12  # increments that are named
@@ -36,83 +30,6 @@ def not_had(results: Results, step: Step, what: str) -> tuple[str, ...]:
     if step.value not in results.run.steps:
         return ()
     return (f"{what} could not be had; the faults of the run are listed under “Quality”.",)
-
-
-def force_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """Force history, measured against model, and line of action."""
-    missing = () if results.force is not None else not_had(results, Step.FORCE, "The measured force")
-    alone = results.force is None and results.surface is None and not missing
-    if results.force is None and (results.model_force is None or not alone):
-        # A test that measured other things only has nothing to hold against the model's force.
-        return Chapter("force", "Force", notes=missing) if missing else None
-    drawings = [
-        pen.draw(
-            force_figure(
-                results.force,
-                results.model_force,
-                depth_mm=results.depth_mm,
-                P0_N=results.P0_N,
-                bands=results.bands,
-                model_bands=results.model_bands,
-                peaks=results.peaks,
-            ),
-            f"Force against displacement of the blade. {_force_words(results)}",
-            _force_caption(results),
-        )
-    ]
-    notes = [*missing]
-    if results.force is not None:
-        if np.isfinite(results.force["arm_mm"]).any():
-            drawings.append(
-                pen.draw(
-                    arm_figure(results.force, depth_mm=results.depth_mm),
-                    "Height of the line of action of the force above the tip, against displacement.",
-                    f"Line of action of {_acting(results)}. Dotted: a third of the depth, where a "
-                    "pressure growing linearly with depth acts.",
-                )
-            )
-        else:
-            notes.append("No line of action: the force was too small for one in every row.")
-        notes += _force_notes(results.force)
-    tables = [] if results.peaks is None else [table_of(results.peaks, "Peaks and troughs", folded=True)]
-    return Chapter("force", "Force", drawings=drawings, tables=tables, notes=notes)
-
-
-def _force_words(results: Results) -> str:
-    words = []
-    for name, table in (("measured", results.force), ("predicted", results.model_force)):
-        if table is not None and table["force_N"].notna().any():
-            P, u = table["force_N"].to_numpy(float), table["u_mm"].to_numpy(float)
-            at = int(np.nanargmax(P))
-            words.append(
-                f"The {name} force reaches at most {number(P[at], 3)} N at u = {number(u[at], 3)} mm."
-            )
-    return " ".join(words)
-
-
-def _acting(results: Results) -> str:
-    """What the line of action is that of."""
-    if results.force_only:
-        return "sand and friction together (friction is taken off the force alone)"
-    return "the measured force"
-
-
-def _force_caption(results: Results) -> str:
-    said = "Circles: peaks. " if results.peaks is not None else ""
-    marks = "Triangles: band starts, measured at the top, predicted at the bottom. "
-    bands = results.bands is not None or results.model_bands is not None
-    divisor = f"Both curves are divided by P₀ = {number(results.P0_N)} N" if results.P0_N else ""
-    depth = f" and d = {number(results.depth_mm, 3)} mm." if results.P0_N and results.depth_mm else "."
-    return (said + (marks if bands else "") + (divisor + depth if divisor else "")).strip()
-
-
-def _force_notes(force: pd.DataFrame) -> list[str]:
-    counts = Counter(str(status) for status in force["status"])
-    bad = [f"{n} {name.replace('_', ' ')}" for name, n in counts.most_common() if name not in ("ok", "")]
-    notes = [f"Of {len(force)} rows of the log: {', '.join(bad)}."] if bad else []
-    if not np.isfinite(force["friction_N"]).any():
-        notes.append("No empty-box run: the friction of the seals is still in the measured force.")
-    return notes
 
 
 def bands_chapter(results: Results, pen: Pen) -> Chapter | None:

@@ -15,8 +15,8 @@ from ploughval.report.calibration import calibration_chapter
 from ploughval.report.chapters import (
     bands_chapter,
     field_chapter,
-    force_chapter,
 )
+from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter

@@ -15,7 +15,22 @@ _UNIT_NAMES = {
     "kN_m3": "kN/m³",
     "P0": "P₀",
 }
-_ENDINGS = ("_P0", "_percent", "_per_depth", "_d", "_kN_m3", "_N_m", "_Nm", "_mm2", "_mm", "_deg", "_mJ", "_px", "_N", "_s")
+_ENDINGS = (
+    "_P0",
+    "_percent",
+    "_per_depth",
+    "_d",
+    "_kN_m3",
+    "_N_m",
+    "_Nm",
+    "_mm2",
+    "_mm",
+    "_deg",
+    "_mJ",
+    "_px",
+    "_N",
+    "_s",
+)
 _WORDS = {"u": "u", "std": "standard uncertainty", "rms": "RMS", "P0": "P₀", "beta": "β", "phi": "φ"}
 
 

@@ -7,7 +7,16 @@ from ploughval.report.figures import agreement_figure
 from ploughval.report.results import MetricEntry, Results
 from ploughval.report.text import label, number, unit, with_std
 
-HEAD = ("Metric", "Experiment ± std", "Model ± std", "Error E", "2\u00a0u_val", "Agrees", "Note")
+HEAD = (
+    "Metric",
+    "Experiment ± std",
+    "Model ± std",
+    "Error E",
+    "2\u00a0u_val",
+    "Agrees",
+    "u_val mostly from",
+    "Note",
+)
 
 
 def verdict(results: Results) -> str:
@@ -94,12 +103,18 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
         title="Agreement",
         lead="E is model minus experiment; u_val gathers the standard uncertainties of experiment, "
         "input and numerics. Where |E| is at most 2 u_val, model and experiment agree as far as can be told.",
-        drawings=_agreement_drawing(metrics, pen),
+        drawings=agreement_drawings(metrics, pen),
         tables=tables,
         notes=[text for text in results.metrics.warnings if text not in results.run.warnings],
     )
 
 
+_FIRST_WORDS = (
+    ("layer", "Layers"),
+    ("surface", "Free surface"),
+    ("mound", "Free surface"),
+    ("mobilised", "Friction"),
+)
 _TOPICS = ("Force", "Shear bands", "Layers", "Free surface", "Friction")
 
 
@@ -117,24 +132,50 @@ def topic(name: str) -> str:
     words = set(name.split("_"))
     if words & {"band", "bands", "outcrop", "beta"}:
         return "Shear bands"
-    for first, title in (("layer", "Layers"), ("surface", "Free surface"), ("mobilised", "Friction")):
+    for first, title in _FIRST_WORDS:
         if name.startswith(first):
             return title
     return "Force"
 
 
-def _agreement_drawing(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Drawing]:
-    ratios = {
-        label(name): metric.error / metric.validation_std
-        for name, metric in metrics.items()
-        if metric.error is not None and metric.validation_std
+def agreement_drawings(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Drawing]:
+    """One picture a topic: errors in validation uncertainties, and what these are made of."""
+    shown = {
+        name: metric for name, metric in metrics.items() if metric.error is not None and metric.validation_std
     }
-    if not ratios:
-        return []
-    outside = [name for name, ratio in ratios.items() if abs(ratio) > 2]
-    said = f"Outside two of them: {', '.join(outside)}." if outside else "All are within two."
-    words = f"Errors of {len(ratios)} metrics in validation uncertainties. {said}"
-    return [pen.draw(agreement_figure(list(ratios), list(ratios.values())), words, words)]
+    drawings = []
+    for title in dict.fromkeys(topic(name) for name in shown):
+        some = {name: metric for name, metric in shown.items() if topic(name) == title}
+        ratios = [(metric.error or 0.0) / (metric.validation_std or 1.0) for metric in some.values()]
+        names = [named(name, metric) for name, metric in some.items()]
+        outside = [name for name, ratio in zip(names, ratios, strict=True) if abs(ratio) > 2]
+        said = f"Outside two of them: {', '.join(outside)}." if outside else "All are within two."
+        words = f"{title}: errors of {len(ratios)} metrics in validation uncertainties. {said}"
+        shares = [parts(metric) for metric in some.values()]
+        known = all(share is not None for share in shares)
+        figure = agreement_figure(names, ratios, [share for share in shares if share] if known else None)
+        drawings.append(pen.draw(figure, words, words))
+    return drawings
+
+
+def parts(metric: MetricEntry) -> tuple[float, float, float] | None:
+    """Shares of the validation uncertainty's square that experiment, inputs and numerics have."""
+    squares = [
+        std**2 for std in (metric.experiment_std, metric.input_std, metric.numerical_std) if std is not None
+    ]
+    if len(squares) < 3 or not sum(squares) > 0:
+        return None
+    total = sum(squares)
+    return squares[0] / total, squares[1] / total, squares[2] / total
+
+
+def _mostly(metric: MetricEntry) -> str:
+    """The greatest part of a validation uncertainty, and the input that it comes from."""
+    shares = parts(metric)
+    if shares is None:
+        return ""
+    name = ("experiment", "inputs", "numerics")[shares.index(max(shares))]
+    return label(metric.dominant_input).lower() if name == "inputs" and metric.dominant_input else name
 
 
 def _table(title: str, metrics: Mapping[str, MetricEntry], *, folded: bool = False) -> Table:
@@ -145,7 +186,7 @@ def _table(title: str, metrics: Mapping[str, MetricEntry], *, folded: bool = Fal
 
 def named(name: str, metric: MetricEntry) -> str:
     """A metric's name with its unit."""
-    measure = "P₀" if name.endswith("_P0") else unit(metric.unit)
+    measure = unit("P0" if name.endswith("_P0") else metric.unit)
     return f"{label(name)}, {measure}" if measure else label(name)
 
 
@@ -160,6 +201,7 @@ def _row(name: str, metric: MetricEntry, notes: list[str]) -> list[Cell]:
         Cell(number(metric.error, 3), metric.error),
         Cell(number(twice, 3), twice),
         Cell(word, mark=mark),
+        Cell(_mostly(metric)),
         Cell(_letter(notes.index(metric.note)) if metric.note else ""),
     ]
 

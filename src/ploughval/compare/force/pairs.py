@@ -116,40 +116,53 @@ def pair_metrics(pairs: Pairs, ensemble: Ensemble) -> list[Metric]:
     ]
     if len(pairs.numbers) < 2:
         return metrics
-    inputs = _input_std(pairs)
     for k, name in enumerate(_VALUES):
         known = np.isfinite(pairs.measured[:, k] + pairs.predicted[:, k])
-        if not known.any():
-            continue
-        count = int(known.sum())
-        said = f"of {count} matched switches; {note}"
-        std, numerical = pairs.measured_std[known, k], pairs.numerical_std[known, k]
-        apart = pairs.predicted[known, k] - pairs.measured[known, k]
-        mean_std = _rms(std) if name == _COMMON else float(np.linalg.norm(std)) / count
-        predicted = float(pairs.predicted[known, k].mean())
-        spread = ensemble.spread_of(predicted, pairs.drawn[:, known, k].mean(axis=1))
-        metrics.append(
-            judge_spread(
-                f"switches_{name}",
-                (float(pairs.measured[known, k].mean()), mean_std),
-                (predicted, float(numerical.mean())),
-                spread,
-                f"mean {said}",
-            )
+        if known.any():
+            metrics += _mean_and_rms(pairs, ensemble, name, known, f"of {_counted(name, known)}; {note}")
+    return metrics
+
+
+def _counted(name: str, known: NDArray[np.bool_]) -> str:
+    count = int(known.sum())
+    what = "gap between matched switches" if name.startswith("spacing") else "matched switch"
+    plural = what.replace("gap", "gaps") if name.startswith("spacing") else f"{what}es"
+    return f"{count} {what if count == 1 else plural}"
+
+
+def _mean_and_rms(
+    pairs: Pairs, ensemble: Ensemble, name: str, known: NDArray[np.bool_], note: str
+) -> list[Metric]:
+    """Mean of one value on either side, and rms of the differences; the rms of one would say nothing more."""
+    k = _VALUES.index(name)
+    what, unit = name.rsplit("_", 1)
+    measured, predicted = pairs.measured[known, k], pairs.predicted[known, k]
+    std, numerical = pairs.measured_std[known, k], pairs.numerical_std[known, k]
+    mean_std = _rms(std) if name == _COMMON else float(np.linalg.norm(std)) / std.size
+    centre = float(predicted.mean())
+    spread = ensemble.spread_of(centre, pairs.drawn[:, known, k].mean(axis=1))
+    found = [
+        judge_spread(
+            f"switch_{what}_mean_{unit}",
+            (float(measured.mean()), mean_std),
+            (centre, float(numerical.mean())),
+            spread,
+            f"mean {note}",
         )
-        what, unit = name.rsplit("_", 1)
-        metrics.append(
+    ]
+    if std.size > 1:
+        found.append(
             distance(
-                f"switches_{what}_rms_{unit}",
-                _rms(apart),
+                f"switch_{what}_rms_{unit}",
+                _rms(predicted - measured),
                 experiment_std=_rms(std),
                 numerical_std=_rms(numerical),
-                input_std=_rms(inputs[known, k]),
+                input_std=_rms(_input_std(pairs)[known, k]),
                 dominant_input=spread.dominant,
-                note=f"rms of the differences {said}",
+                note=f"rms of the differences {note}",
             )
         )
-    return metrics
+    return found
 
 
 def pair_table(pairs: Pairs, measured: Reading, model: Reading) -> pd.DataFrame:

@@ -7,6 +7,7 @@ from ploughval.report.figures.calibration import PictureMap, residual_figure, sc
 from ploughval.report.figures.cell_calibration import cell_calibration_alt, cell_calibration_figure
 from ploughval.report.figures.field import field_figure
 from ploughval.report.figures.force import arm_figure, force_figure
+from ploughval.report.figures.force_shape import shape_figure
 from ploughval.report.figures.kinematics import kinematics_figure
 from ploughval.report.figures.layers import Picture, Side, layers_figure
 from ploughval.report.figures.noise import noise_figure
@@ -43,6 +44,7 @@ __all__ = [
     "profiles_figure",
     "residual_figure",
     "scale_figure",
+    "shape_figure",
     "shear_figure",
     "soil_fit_figure",
     "volume_figure",

@@ -1,50 +1,69 @@
-"""Errors in units of their validation uncertainty (after ASME V&V 20): what agrees, at a glance."""
+"""Errors in units of their validation uncertainty (after ASME V&V 20): what agrees, and what it rests on."""
 
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, new_figure, styled
+from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, SERIES, new_figure, styled
 
 FARTHEST = 8.0
+_ROW_IN = 0.235
+_PARTS = (("experiment", MEASURED), ("inputs", SERIES[4]), ("numerics", MUTED))
 
 
 @styled
-def agreement_figure(names: Sequence[str], ratios: Sequence[float]) -> Figure:
+def agreement_figure(
+    names: Sequence[str], ratios: Sequence[float], shares: Sequence[Sequence[float]] | None = None
+) -> Figure:
     """Each metric's error over its validation uncertainty; within two it agrees.
 
     Parameters
     ----------
     names : sequence of str
-        Labels, one a metric.
+        Labels, one a metric, from the top.
     ratios : sequence of float
         E / u_val, one a metric, finite; beyond 8 an arrow at the edge.
+    shares : sequence of (float, float, float), or None
+        Parts of u_val^2 that experiment, inputs and numerics have; drawn as bars beside.
     """
-    figure = new_figure(0.75 + 0.3 * max(len(names), 1))
-    axes = figure.subplots()
+    figure = new_figure(1.0 + _ROW_IN * max(len(names), 2))
+    if shares is None:
+        axes = figure.subplots()
+    else:
+        axes, beside = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1))
+        _parts(beside, np.asarray(shares, dtype=float))
+    _errors(axes, names, np.asarray(ratios, dtype=float))
+    return figure
+
+
+def _errors(axes: Axes, names: Sequence[str], values: NDArray[np.float64]) -> None:
     rows = np.arange(len(names))[::-1]
-    values = np.asarray(ratios, dtype=float)
     axes.axvspan(-2, 2, color=GRID, lw=0, alpha=0.8)
     axes.axvline(0, color=INK, lw=0.8)
     inside = np.abs(values) <= 2
     far = np.abs(values) > FARTHEST
     shown = np.clip(values, -FARTHEST, FARTHEST)
     axes.hlines(rows, 0, shown, color=[MEASURED if good else MODEL for good in inside], lw=1.2)
-    axes.plot(shown[inside], rows[inside], "o", color=MEASURED, ms=7)
-    axes.plot(shown[~inside & ~far], rows[~inside & ~far], "D", color=MODEL, ms=6.5)
+    outside = ~inside & ~far
+    for some, mark, colour in ((inside, "o", MEASURED), (outside, "D", MODEL)):
+        if some.any():  # a line without points would count in the layout
+            axes.plot(shown[some], rows[some], mark, color=colour, ms=6)
     for side, marker in ((1, ">"), (-1, "<")):
         beyond = far & (np.sign(values) == side)
-        axes.plot(shown[beyond], rows[beyond], marker, color=MODEL, ms=8, clip_on=False)
+        if beyond.any():
+            axes.plot(shown[beyond], rows[beyond], marker, color=MODEL, ms=7, clip_on=False)
         for row, value in zip(rows[beyond], values[beyond], strict=True):
             axes.annotate(
                 f"{value:+.0f}".replace("-", "−"),
                 (side * FARTHEST, row),
-                xytext=(-9 * side, 0),
+                xytext=(-9 * side, 1),
                 textcoords="offset points",
                 ha="right" if side > 0 else "left",
                 va="bottom",
-                fontsize=9,
+                fontsize=8,
             )
     axes.set_yticks(rows, list(names))
     axes.tick_params(axis="y", length=0)
@@ -52,5 +71,19 @@ def agreement_figure(names: Sequence[str], ratios: Sequence[float]) -> Figure:
     axes.spines["left"].set_visible(False)
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlim(-FARTHEST * 1.03, FARTHEST * 1.03)
-    axes.set_xlabel("E / u_val, model − experiment (grey: agrees)")
-    return figure
+    axes.set_xticks([-8, -4, -2, 0, 2, 4, 8])
+    axes.set_xlabel("E / u_val (grey: agrees)")
+
+
+def _parts(axes: Axes, shares: NDArray[np.float64]) -> None:
+    """What the square of each validation uncertainty is made of."""
+    rows, start = np.arange(len(shares))[::-1], np.zeros(len(shares))
+    for (name, colour), part in zip(_PARTS, shares.T, strict=True):
+        axes.barh(rows, part, left=start, height=0.62, color=colour, label=name, lw=0)
+        start = start + part
+    axes.set_xlim(0, 1)
+    axes.set_xticks([0, 0.5, 1], ["0", "½", "1"])
+    axes.tick_params(axis="y", length=0, labelleft=False)
+    axes.grid(visible=False)
+    axes.set_xlabel("share of u_val²")
+    axes.figure.legend(loc="outside upper right", ncols=3, handlelength=1.2)

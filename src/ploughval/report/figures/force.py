@@ -58,6 +58,7 @@ def force_figure(
     bands: pd.DataFrame | None = None,
     model_bands: pd.DataFrame | None = None,
     peaks: pd.DataFrame | None = None,
+    envelope: pd.DataFrame | None = None,
 ) -> Figure:
     """Measured and predicted force histories; both are divided by the same force, so levels compare.
 
@@ -73,10 +74,22 @@ def force_figure(
         Their starts are marked, measured above, predicted below.
     peaks : DataFrame or None
         Columns source, kind, u_mm, force_N; peaks are circled.
+    envelope : DataFrame or None
+        Columns u_mm, low_N, high_N: the limits that hold 95 % of the runs with drawn inputs.
     """
     figure = new_figure(3.7)
     axes = figure.subplots()
     per_u, per_P = 1 / (depth_mm or 1.0), 1 / (P0_N or 1.0)
+    if envelope is not None and envelope["low_N"].notna().any():
+        axes.fill_between(
+            envelope["u_mm"] * per_u,
+            envelope["low_N"] * per_P,
+            envelope["high_N"] * per_P,
+            color=MODEL,
+            alpha=0.18,
+            lw=0,
+            label="95 % of drawn inputs",
+        )
     if force is not None:
         _measured(axes, force, per_u, per_P)
     if model is not None:
