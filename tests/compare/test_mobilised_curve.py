@@ -1,4 +1,4 @@
-"""Friction between the photographs: blocks and forces in closed form give back the friction that made them."""
+"""Friction between the photographs: blocks and forces in closed form give the friction that made them."""
 
 import numpy as np
 import pandas as pd
@@ -148,7 +148,7 @@ def test_derivatives_of_a_block_are_those_of_the_block_of_a_changed_surface():
         return (moved.area_mm2 - block.area_mm2) / small, (moved.height_mm - block.height_mm) / small
 
     lifted = np.add(block.by_level, block.by_height)
-    np.testing.assert_allclose(lifted, change(line + [0.0, small]), rtol=1e-6)
+    np.testing.assert_allclose(lifted, change(line + np.array([0.0, small])), rtol=1e-6)
     np.testing.assert_allclose(block.by_outcrop, change(line, 43.0 + small), rtol=1e-2)
     scaled = change(line * (1 + small), 43.0 * (1 + small))
     np.testing.assert_allclose(block.by_scale, scaled, rtol=1e-2)

@@ -15,7 +15,8 @@ from ploughval.compare.softening.rows import FittedRows, rows_of
 Floats = NDArray[np.float64]
 CLEAR = 9.0  # of chi-square beyond the best: worse fits tell nothing
 _PLACES = 25  # starts that are tried
-_LENGTHS = 24  # mobilization lengths that are tried
+_LENGTHS = 28  # mobilization lengths that are tried, up to
+_BEYOND = 3.0  # times the most slip
 _CLOSER, _PARTS = 3, 7
 _COARSE_DEG = 0.5  # floor of the noise at first, when starts and lengths are found from a cover of them
 _DRIFTS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -133,10 +134,10 @@ def _criterion(chi2: float, parameters: int, rows: int) -> float:
 
 
 def _lengths(rows: Sequence[FittedRows]) -> Floats:
-    """Mobilization lengths that are tried, mm: from half a step to the most slip."""
+    """Mobilization lengths that are tried, mm: from half a step to well beyond the most slip."""
     least = min(float((b.curve.width_mm * b.curve.stretch).min()) for b in rows) / 2
-    most = max(float(b.curve.slip_at(b.place, b.curve.u_mm[-1:])[0]) for b in rows)
-    return np.geomspace(least, max(most, 4 * least), _LENGTHS)
+    most = max(float(b.curve.slip_at(b.low, b.curve.u_mm[-1:])[0]) for b in rows)
+    return np.geomspace(least, _BEYOND * most, _LENGTHS)
 
 
 def _origin(band: FittedRows, noise: Noise, lengths: Floats) -> float:

@@ -110,7 +110,7 @@ class Problem:
         friction would pass for an error of the force's zero. Then errors are carried through, eq. (10).
         """
         design = self.design(length, found.origins)
-        kept = np.flatnonzero(design.any(axis=0))
+        kept = np.flatnonzero(design.any(axis=0) | (np.arange(self.count) <= RESIDUAL))
         held = np.array([1 / _VAGUE_DEG**2] * 2 + [1 / _STEEP**2, _FIXED] * len(self.bands))
         mean = np.array([_LEVEL_DEG] * 2 + [0.0] * (self.count - 2))
         fresh = 1 / self.weight**2
