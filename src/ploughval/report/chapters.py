@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from ploughval.report.band_pairs import pair_parts
 from ploughval.report.blocks import (
     BAND_HEAD,
     Cell,
@@ -54,7 +55,8 @@ def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
     notes = list(missing)
     if results.bands is not None and results.bands.empty:
         notes.append("No shear band was found in the measurement.")
-    drawings = [drawing]
+    paired, tables_of_pairs, said = pair_parts(results, pen)
+    drawings, tables, notes = [drawing, *paired], [*tables_of_pairs, *tables], [*said, *notes]
     if results.increments is not None and results.increments["velocity_x"].notna().any():
         drawings.append(_kinematics(results.increments, pen))
     if results.increments is not None:

@@ -19,6 +19,7 @@ from ploughval.report.chapters import (
 from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
 from ploughval.report.load_cells import load_cells_chapter
+from ploughval.report.mound import mound_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
 from ploughval.report.several import find_several, several_context, write_numbers
@@ -76,6 +77,7 @@ def single_page(results: Results) -> str:
         agreement_chapter(results, pen),
         force_chapter(results, pen),
         layers_chapter(results, pen),
+        mound_chapter(results, pen),
         bands_chapter(results, pen),
         field_chapter(results, pen),
         shear_chapter(results, pen),

@@ -5,6 +5,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.report.blocks import Chapter, Pen
+from ploughval.report.differences import differences_at, distance_parts
 from ploughval.report.figures import Side, layers_figure
 from ploughval.report.figures.layers import Extent, Points, stage
 from ploughval.report.photographs import Photographs
@@ -14,6 +15,13 @@ Values = NDArray[np.float64]
 # Pixels of photograph on the whole page: noise-like sand costs about a third of a byte each.
 PHOTO_PIXELS = 4_000_000
 
+_LEADS = {
+    True: "Lines that were level before the blade moved. The measured ones are coloured by their distance "
+    "along the normal from the predicted ones, which are dashed; grey where that is within twice its "
+    "uncertainty, thin where no predicted line is near.",
+    False: "Lines that were level before the blade moved. Dotted lines follow dyed sand, full lines tracked "
+    "points.",
+}
 MOST_FIELDS = 6  # a field is heavy; the layers show every stage
 
 
@@ -95,10 +103,9 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
             return None
         title, lead = "Free surface", ""
     else:
-        title = "Deformed layers"
-        lead = (
-            "Lines that were level before the blade moved. Dotted lines follow dyed sand, full lines "
-            "tracked points."
+        title, lead = (
+            "Deformed layers",
+            _LEADS[results.layers is not None and results.model_layers is not None],
         )
     frames = stage_frames(results)
     if not frames:
@@ -108,6 +115,7 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
     aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
     width = int(min(900, (PHOTO_PIXELS / len(frames) / aspect) ** 0.5))
     drawings, unread = [], []
+    differences = differences_at(results, frames)
     for frame in frames:
         picture = None if photographs is None else photographs.picture(frame, extent, width=width)
         if photographs is not None and picture is None and not photographs.missing:
@@ -126,17 +134,20 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
             depth_mm=results.depth_mm or extent[3],
             extent=extent,
             thickness_mm=results.thickness_mm,
+            differences=differences.get(frame),
         )
         drawings.append(
             pen.draw(
                 figure,
-                f"Tracer layers at u = {u:.1f} mm: predicted above, measured below.",
+                f"Tracer layers at u = {u:.1f} mm: predicted above, measured below"
+                + (", coloured by their distance from the predicted ones." if frame in differences else "."),
                 f"Frame {frame}, u = {u:.1f} mm.",
             )
         )
     notes = [photographs.missing] if photographs is not None and photographs.missing else []
     notes += [f"The photograph of frame {frame} is not shown: it cannot be read." for frame in unread]
-    return Chapter("layers", title, lead=lead, grid=drawings, notes=notes)
+    whole, tables = distance_parts(results, pen)
+    return Chapter("layers", title, lead=lead, grid=drawings, drawings=whole, tables=tables, notes=notes)
 
 
 def outcrops(

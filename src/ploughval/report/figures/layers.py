@@ -10,6 +10,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
+from ploughval.report.figures.differences import Differences, coarsened, difference_bar, draw_differences
 from ploughval.report.figures.style import (
     INK,
     MEASURED,
@@ -28,6 +29,7 @@ from ploughval.report.figures.style import (
 Extent = tuple[float, float, float, float]
 Points = NDArray[np.float64]
 _BAND_DASH = (0, (6, 1.5, 1, 1.5))
+_OVER_COLOURS = "#101214"  # predicted lines over a photograph where colour tells distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,7 @@ def layers_figure(
     depth_mm: float,
     extent: Extent,
     thickness_mm: float = 5.0,
+    differences: Differences | None = None,
 ) -> Figure:
     """One stage: the panels that have something to show, on the same axes.
 
@@ -78,23 +81,32 @@ def layers_figure(
         Depth and thickness of the blade.
     extent : tuple of float, mm
         x0, x1, y0, y1: part of the world that is shown.
+    differences : Differences or None
+        Colours of the measured lines by their distance from the predicted ones.
     """
     sides = [(s, t) for s, t in ((predicted, "predicted"), (measured, "measured")) if not s.empty]
     x0, x1, y0, y1 = extent
     panel = 4.6 * (y1 - y0) / (x1 - x0)
-    figure = new_figure(0.75 + max(len(sides), 1) * (min(panel, 4.0) + 0.12), width_in=STAGE_WIDTH_IN)
+    bar = 0.55 if differences is not None else 0.0
+    height = 0.75 + bar + max(len(sides), 1) * (min(panel, 4.0) + 0.12)
+    figure = new_figure(height, width_in=STAGE_WIDTH_IN)
     grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (side, title) in zip(grid, sides, strict=False):
-        other = predicted if title == "measured" else None
-        _panel(axes, side, title, other)
+        measured_side = title == "measured"
+        _panel(
+            axes, side, title, predicted if measured_side else None, differences if measured_side else None
+        )
         draw_blade(axes, u_mm, extent, thickness_mm, outline=side.picture is not None)
+        ink = MODEL if not measured_side else MEASURED if differences is None else _OVER_COLOURS
         for outcrop in () if side.outcrops_mm is None else side.outcrops_mm:
-            _band(axes, outcrop, u_mm, MODEL if title == "predicted" else MEASURED, side.picture is not None)
+            _band(axes, outcrop, u_mm, ink, side.picture is not None)
         axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
         axes.grid(visible=False)
         axes.set_ylabel("y, mm")
     figure.suptitle(f"u = {u_mm:.1f} mm = {u_mm / depth_mm:.2f} d", fontsize=11, x=0.02, ha="left")
     grid[-1].set_xlabel("x, mm")
+    if differences is not None:
+        difference_bar(figure, list(grid), differences)
     return figure
 
 
@@ -106,7 +118,7 @@ def stage(table: pd.DataFrame | None, frame: int) -> pd.DataFrame | None:
     return rows if len(rows) else None
 
 
-def _panel(axes: Axes, side: Side, title: str, other: Side | None) -> None:
+def _panel(axes: Axes, side: Side, title: str, other: Side | None, differences: Differences | None) -> None:
     on_photo = side.picture is not None
     if side.picture is not None:
         axes.imshow(side.picture.grey, extent=side.picture.extent, cmap="gray", vmin=0, vmax=255, zorder=0)
@@ -116,9 +128,12 @@ def _panel(axes: Axes, side: Side, title: str, other: Side | None) -> None:
     if side.surface is not None:
         ink = ON_PHOTO_HALO if on_photo else INK
         axes.plot(side.surface["x_mm"], side.surface["y_mm"], color=ink, lw=1.1, zorder=3)
+    if differences is not None:
+        draw_differences(axes, differences, on_photo=on_photo)
     if other is not None and other.layers is not None:
-        _lines(axes, other.layers, ON_PHOTO_MODEL if on_photo else MODEL, 1.0, "--", halo=on_photo)
-    if side.layers is not None:
+        plain = (ON_PHOTO_MODEL, MODEL) if differences is None else (_OVER_COLOURS, INK)
+        _lines(axes, other.layers, plain[0 if on_photo else 1], 1.0, "--", halo=on_photo)
+    if side.layers is not None and differences is None:
         _lines(axes, side.layers, over if on_photo else colour, 1.6, "-", halo=on_photo)
     text = title if other is None or other.layers is None else "measured (dashed: predicted)"
     box = {"facecolor": "#ffffff" if on_photo else "none", "edgecolor": "none", "alpha": 0.8, "pad": 2}
@@ -134,15 +149,8 @@ def _lines(axes: Axes, layers: pd.DataFrame, colour: str, width: float, dash: st
     )
     for (source, _height), line in layers.groupby(["source", "layer"], sort=True):
         style = (0, (1, 1)) if source == "dye" else dash
-        x, y = _coarsened(line[["x_mm", "y_mm"]].to_numpy(float)).T
+        x, y = coarsened(line[["x_mm", "y_mm"]].to_numpy(float)).T
         axes.plot(x, y, color=colour, lw=width, ls=style, path_effects=effects, zorder=4)
-
-
-def _coarsened(points: Points, most: int = 1200) -> Points:
-    """Means of neighbours where a line has more points than a figure shows; gaps stay gaps."""
-    size = -(-len(points) // most)
-    whole = len(points) - len(points) % size if size else 0
-    return points if size <= 1 else points[:whole].reshape(-1, size, 2).mean(axis=1)
 
 
 def draw_blade(
