@@ -44,15 +44,14 @@ def _opening(sands: int) -> str:
     residual = f"{MEAN.residual_friction_deg:g} ± {MEAN.residual_friction_std_deg:g}"
     return f"""# Several tests together: is the scatter found that was put in?
 
-Made by `python benchmarks/study_repeatability.py --work DIR --out reports/several`; every figure stands in
-a CSV
-file of this folder. [docs/several-tests.md](../../docs/several-tests.md) says how each is computed.
+Made by `python benchmarks/study_repeatability.py --work DIR --out reports/several`; every figure stands
+in a CSV file of this folder. [docs/several-tests.md](../../docs/several-tests.md) says how each is
+computed.
 
-{REPEATS} made tests at {DEPTH_MM:g} mm and {TESTS_A_DEPTH} at each of {others} mm, {TRAVEL_DEPTHS:g} d of
-travel.
-Each has grains, noise and friction of its own, and sand of its own: peak and residual friction are drawn from
-{peak} and {residual} degrees, which is what every test.toml states. The scatter put in is that of the model's
-metrics over {sands} sands drawn alike.
+{REPEATS} made tests at {DEPTH_MM:g} mm and {TESTS_A_DEPTH} at each of {others} mm, {TRAVEL_DEPTHS:g} d
+of travel. Each has grains, noise and friction of its own, and sand of its own: peak and residual
+friction are drawn from {peak} and {residual} degrees, which is what every test.toml states. The scatter
+put in is that of the model's metrics over {sands} sands drawn alike.
 """
 
 
@@ -64,9 +63,9 @@ def _repeats(table: pd.DataFrame) -> str:
 
 {_markdown(table, REPEAT_COLUMNS)}
 
-The interval of the excess holds the scatter put in for {held} of {len(table)} metrics, that of the pooled
-value the
-sands' mean for {means}. They are one sample of ten sands: the metrics stand or fall together.
+The interval of the excess holds the scatter put in for {held} of {len(table)} metrics, that of the
+pooled value the sands' mean for {means}. They are one sample of ten sands: the metrics stand or fall
+together.
 
 ![Force of the ten tests, mean and standard deviation; below with switches aligned](force.svg)
 """
@@ -81,8 +80,8 @@ def _depth(table: pd.DataFrame) -> str:
 
 {_markdown(table, DEPTH_COLUMNS)}
 
-The first peak grows with the power {peak["power"]:.3f} of depth ({ends}); {peak["power_put_in"]:.3f} was
-put in.
+The first peak grows with the power {peak["power"]:.3f} of depth ({ends}); {peak["power_put_in"]:.3f}
+was put in.
 
 ![First peak against depth](power.svg)
 """
@@ -91,25 +90,23 @@ put in.
 def _coverage(table: pd.DataFrame, sands: int, sets: int) -> str:
     alone, shared = table[table["common_std"] == 0], table[table["common_std"] > 0]
     few, many = (_range(alone[alone["tests"] == count]["called_more"]) for count in (3, 10))
+    whole = [_range(table["whole_holds"]) for table in (alone, shared)]
     return f"""## How often the intervals hold
 
-{sets} sets of 3, 5 and 10 tests a metric, drawn from the {sands} sands, with noise of half their scatter,
-which the
-tests state (`coverage.csv`).
+{sets} sets of 3, 5 and 10 tests a metric, drawn from the {sands} sands, with noise of half their
+scatter, which the tests state (`coverage.csv`).
 
 | 95 % interval of | holds | with an error common to all tests |
 | --- | --- | --- |
 | repeatability standard deviation | {_range(alone["s_r_holds"])} | {_range(shared["s_r_holds"])} |
 | excess over what is stated | {_range(alone["excess_holds"])} | {_range(shared["excess_holds"])} |
 | pooled value, from scatter alone | {_range(alone["pooled_holds"])} | {_range(shared["pooled_holds"])} |
-| pooled value, common part kept whole | {_range(alone["whole_holds"])} | {_range(shared["whole_holds"])} |
+| pooled value, stated uncertainty kept whole | {whole[0]} | {whole[1]} |
 
-The scatter is called "more than stated" in {few} of the sets of 3 and {many} of those of 10: three tests
-can hardly
-tell. The common error is as large as the sands' scatter and stated, too. Stated, it hides as much of the
-scatter, so
-that the excess comes out too small; and it does not average out, so that the pooled value needs the common
-part.
+The scatter is called "more than stated" in {few} of the sets of 3 and {many} of those of 10: three
+tests often cannot tell. The common error is as large as the sands' scatter and stated, too. Stated, it
+hides as much of the scatter, so that the excess comes out too small; and it does not average out: only
+with the stated uncertainty kept whole does the interval hold.
 """
 
 
@@ -118,12 +115,9 @@ def _mean_errors(table: pd.DataFrame, sets: int) -> str:
     return f"""## The sand is a common error
 
 Where the stated sand is off by its own uncertainty, in all tests alike (`mean-errors.csv`), the mean
-error's interval
-holds zero in {_range(table["holds"])} of {sets} sets of 2 to 30 tests. From the scatter between tests alone
-it would
-in {few} of the sets of 2 and {many} of those of 30: thirty tests of a sand do not make its friction angles
-better
-known than they were.
+error's interval holds zero in {_range(table["holds"])} of {sets} sets of 2 to 30 tests. From the
+scatter between tests alone it would in {few} of the sets of 2 (Student's t is 12.7) and {many}
+of those of 30: thirty tests of a sand do not make its friction angles better known than they were.
 """
 
 

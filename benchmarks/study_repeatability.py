@@ -122,7 +122,7 @@ def coverage_of_scatter(drawn: dict[str, np.ndarray], sets: int) -> pd.DataFrame
                 for _ in range(sets):
                     x = rng.choice(values, count) + rng.normal(0, noise, count) + rng.normal(0, common)
                     pooled = pool(list(x), [float(np.hypot(noise, common))] * count)
-                    whole = np.hypot(pooled.half_width, 1.96 * pooled.shared_std)
+                    whole = np.hypot(pooled.half_width, 1.96 * pooled.stated_std)
                     hits += [
                         pooled.std_low <= np.hypot(put_in, noise) <= pooled.std_high,
                         pooled.excess_low <= put_in <= pooled.excess_high,
@@ -187,17 +187,23 @@ def _unit(metric: str) -> str:
     return {"N": "N", "mm": "mm", "deg": "degree"}[metric.rsplit("_", 1)[1]]
 
 
+def _drawn(metric: str) -> bool:
+    """Whether a figure of the README shows a metric: those of the first peak, switches and bands."""
+    return metric in SHOWN or metric.startswith(("first_", "second_"))
+
+
 def draw_figures(found: SeveralFindings, out: Path) -> None:
     """The page's figures, one file each."""
     label = max(found.repeats, key=lambda group: len(found.repeats[group][0].tests))
-    repeats = [repeat for repeat in found.repeats[label] if repeat.pooled.mean and repeat.pooled.std > 0]
+    repeats = [repeat for repeat in found.repeats[label] if _drawn(repeat.metric) and repeat.pooled.std > 0]
     saved(scatter_figure(repeats), out / "scatter.svg")
     saved(envelope_figure(found.histories[label]), out / "force.svg")
     trends = [trend for trend in found.trends if trend.metric in SHOWN]
     saved(trends_figure(trends), out / "depth.svg")
     saved(power_figure(next(t for t in trends if t.metric == "first_peak_N")), out / "power.svg")
     saved(
-        errors_figure([error for error in found.errors if error.mean_agrees is not None]), out / "errors.svg"
+        errors_figure([e for e in found.errors if e.mean_agrees is not None and _drawn(e.metric)]),
+        out / "errors.svg",
     )
 
 

@@ -75,8 +75,8 @@ def test_scatter_within_and_far_beyond_what_was_stated_is_called_so():
     assert pool(x, [0.01] * 6).verdict == "more"
     wide = pool(x, [2.0] * 6)
     assert wide.verdict == "less"
-    # What the scatter does not show may be common: nearly all of it.
-    assert wide.shared_std == pytest.approx(np.sqrt(4.0 - np.var(x, ddof=1)))
+    # Nor does the pooled value come out better than six independent tests of what was stated.
+    assert wide.half_width == pytest.approx(stats.t.ppf(0.975, 5) * 2.0 / np.sqrt(6))
 
 
 def test_without_stated_uncertainties_plain_mean_and_student_interval():

@@ -30,7 +30,8 @@ class MeanError:
     input_std : float
         Standard uncertainty of the mean from the model's side; common to the tests of a sand.
     low, high : float
-        95 % interval of the mean error with scatter, the model's side and what measurements may share.
+        95 % interval of the mean error: scatter, the model's side, and the measurements' stated uncertainty
+        whole, since no file says how much of it all tests share.
     mean_agrees : bool or None
         Whether zero lies within; None where it cannot be told, and for a distance.
     distance : bool
@@ -83,7 +84,7 @@ def _mean_error(name: str, known: dict[int, Value], records: Sequence[Record]) -
     values = list(known.values())
     pooled = pool([v.error for v in values], [v.experiment_std for v in values])
     common = _input_std([v.model_std for v in values], [_sand(records[place]) for place in known])
-    shared = 0.0 if np.isnan(pooled.shared_std) else pooled.shared_std
+    shared = 0.0 if np.isnan(pooled.stated_std) else pooled.stated_std
     reach = float(np.hypot(pooled.half_width, _TWO_SIDED * np.hypot(common, shared)))
     judged = [v.agrees for v in values if v.agrees is not None]
     distance = all(np.isnan(v.experiment) for v in values)

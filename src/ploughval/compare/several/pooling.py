@@ -39,10 +39,8 @@ class Pooled:
     excess_std, excess_low, excess_high : float
         Standard deviation between tests beyond the stated uncertainties, and its 95 % interval.
     pooled, pooled_low, pooled_high : float
-        Mean weighted by stated and excess variances, and its 95 % interval (Student).
-    shared_std : float
-        What the scatter does not show of the stated uncertainty: the most that may be common to all tests,
-        and then does not average out.
+        Mean weighted by stated and excess variances, and its 95 % interval (Student), by scatter alone:
+        what of the stated uncertainty is common to all tests does not show in it.
     verdict : {"explained", "more", "less", "unknown"}
         Whether the scatter is what the stated uncertainties let expect, at 95 %.
     outlier : int
@@ -62,7 +60,6 @@ class Pooled:
     pooled: float = NAN
     pooled_low: float = NAN
     pooled_high: float = NAN
-    shared_std: float = NAN
     verdict: Verdict = "unknown"
     outlier: int = -1
 
@@ -113,7 +110,6 @@ def pool(values: Sequence[float], stds: Sequence[float]) -> Pooled:
         birge=float(np.sqrt(chi2 / (x.size - 1))),
         excess_low=ends[0], excess_std=ends[1], excess_high=ends[2],
         pooled=centre, pooled_low=centre - reach, pooled_high=centre + reach,
-        shared_std=float(np.sqrt(max(stated**2 - std**2, 0.0))),
         verdict=_verdict(chi2, x.size - 1), outlier=outlier,
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from ploughval.report.text import label, unit
 Floats = NDArray[np.float64]
 FARTHEST_PER_CENT = 50.0
 FARTHEST_ERROR = 8.0
-_MOST_POINTS = 500
+_MOST_POINTS = 300
 
 
 @styled
@@ -83,7 +83,7 @@ def envelope_figure(history: MeanHistory) -> Figure:
 
 
 def _envelope(axes: Axes, u_d: Floats, forces: Floats, mean: Floats, std: Floats) -> None:
-    every = max(1, u_d.size // _MOST_POINTS)
+    every = -(-u_d.size // _MOST_POINTS)
     place = slice(None, None, every)
     for number, force in enumerate(forces):
         axes.plot(

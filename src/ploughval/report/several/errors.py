@@ -9,10 +9,10 @@ from ploughval.report.text import label
 
 LEAD = (
     "E is model minus experiment, forces in γd²B/2 and lengths in d so that depths compare. The mean's 95 "
-    "% interval holds the scatter of E between tests, which averages out, and whole what does not: the "
-    "model's uncertainty, for the friction angles and unit weight of one sand are the same error in all "
-    "its tests, and the part of the stated measurement uncertainty that the scatter does not show, for it "
-    "may be common."
+    "% interval holds the scatter of E between tests, which averages out, and whole what does not or may "
+    "not: the model's uncertainty, for the friction angles and unit weight of one sand are the same error "
+    "in all its tests, and the stated uncertainty of the measurement, for no file says how much of it the "
+    "tests share."
 )
 HEAD = (
     "Metric, scaled",
