@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.compare.mobilised.curve import CURVE_COLUMNS
+from ploughval.compare.mobilised.inversion import slopes
 from ploughval.compare.mobilised.sources import SOURCES
 from ploughval.compare.softening.table import ALL, SOFTENING_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, table_of, value_cell
@@ -58,10 +59,12 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
         "the model. Marks: at the photographs; lines: at every step of the force, with 95 % limits.",
     )
     tables = [] if softening is None else [_softening_table(softening)]
+    notes: tuple[str, ...] = ()
     if curve is not None and len(curve):
         tables.append(_budget(curve))
+        notes = _notes(curve, _number(results.setting("soil", "wall_friction_deg") or 0.0))
     tables.append(table_of(mobilised, "Mobilised friction, every photograph", folded=True))
-    return Chapter("friction", "Mobilised friction", drawings=[drawing], tables=tables)
+    return Chapter("friction", "Mobilised friction", drawings=[drawing], tables=tables, notes=notes)
 
 
 def _number(value: object) -> float:
@@ -120,6 +123,17 @@ def _limits(low: float, high: float) -> str:
     return (
         f"at least {number(low, 4)}" if not math.isfinite(high) else f"{number(low, 4)} to {number(high, 4)}"
     )
+
+
+def _notes(curve: pd.DataFrame, wall_deg: float) -> tuple[str, ...]:
+    """What was taken as exact, and what friction on the blade would change."""
+    exact = [_WORDS[name] for name in SOURCES if not curve[f"{name}_deg"].abs().max() > 0]
+    said = [f"Taken as exact, no standard uncertainty being stated: {', '.join(exact)}."] if exact else []
+    F = curve["force_N"].to_numpy(float) * math.cos(math.radians(wall_deg))
+    by_wall = slopes(F, curve["weight_N"].to_numpy(float), wall_deg).wall
+    low, high = (number(float(np.nanpercentile(-by_wall, share)), 2) for share in (5, 95))
+    said.append(f"A degree more of friction on the blade would lower the curve by {low} to {high} degrees.")
+    return tuple(said)
 
 
 def _budget(curve: pd.DataFrame) -> Table:
