@@ -140,7 +140,7 @@ def _verdict(chi2: float, dof: int) -> Verdict:
 
 
 def _outlier(x: Floats, mean: float, std: float) -> int:
-    """Grubbs' test for one value (ISO 5725-2, 7.3.4), two-sided."""
+    """Grubbs' test for one value (ISO 5725-2), two-sided."""
     n = x.size
     if n < 3 or std <= 0:
         return -1

@@ -83,8 +83,8 @@ def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:
 def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[LevelsTogether]:
     """Repeatability of each scaled metric over all groups: the root of their weighted mean variance.
 
-    ISO 5725-2, 7.4.5: variances of the cells weighted by their degrees of freedom. Scaled metrics are
-    pooled, since the scatter of a force grows with the depth.
+    Variances are weighted by their degrees of freedom, as ISO 5725-2 does over laboratories. Scaled metrics
+    are pooled, since the scatter of a force grows with the depth.
 
     Parameters
     ----------
