@@ -6,7 +6,13 @@ import numpy as np
 
 from ploughval.axes import Status
 from ploughval.photos import calibrate
-from ploughval.run.tables import blade_table, dyed_table, surface_table, tracks_dataset
+from ploughval.run.tables import (
+    blade_table,
+    dyed_table,
+    surface_table,
+    tracks_dataset,
+    with_calibration_std,
+)
 from ploughval.run.window import WindowRecord
 from ploughval.scene import Scene
 
@@ -79,6 +85,19 @@ def test_what_the_calibration_leaves_open_is_told_apart_from_the_random_part():
     assert np.array_equal(data["std_mm"], dataset()["std_mm"], equal_nan=True)
     assert np.isnan(dataset()["calibration_std_mm"]).all()  # nobody said how well 0.5 mm/px is known
     assert "not in std_mm" in data["calibration_std_mm"].attrs["long_name"]
+
+
+def test_places_of_a_table_carry_what_the_calibration_leaves_open_of_them():
+    camera = SCENE.camera.model_copy(update={"mm_per_px_std": 0.005})
+    shape = SimpleNamespace(shape=(120, 160))
+    known = calibrate(SCENE.model_copy(update={"camera": camera}), shape)
+    table = dyed_table(record(), np.array([0.0, 1.5]))
+    std = with_calibration_std(table, known)["calibration_std_mm"].to_numpy()
+    # 1 % of (5, 10.5) mm from the tip; a torn place has none.
+    assert np.isclose(std[0], np.hypot(0.05, 0.105) / np.sqrt(2), rtol=1e-6)
+    assert np.isnan(std[1])
+    unknown = with_calibration_std(table, calibrate(SCENE, shape))
+    assert unknown["calibration_std_mm"].isna().all()
 
 
 def test_tables_carry_the_displacement_of_their_frame():

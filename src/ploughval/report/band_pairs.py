@@ -80,10 +80,7 @@ def _frequency(results: Results) -> list[str]:
     if metric is None or metric.model is None:
         return []
     bounds = metric.note.split("leave open: ")[-1].split(";")[0]
-    sense = "as far as can be told as often"
-    if metric.agrees is False:
-        sense = "more often" if metric.model > 1.0 else "less often"
     return [
         f"Fresh bands come {metric.model:.2f} times as often in the model as in the experiment "
-        f"(95 %: {bounds}): {sense}. Few bands leave much open, however well each is known."
+        f"(95 %: {bounds}). Few bands leave much open, however well each is known."
     ]

@@ -9,7 +9,7 @@ from ploughval.report.figures.style import INK, MEASURED, MODEL, new_figure, sty
 
 _PANELS = (
     ("crest_mm", "crest_std_mm", "crest height, mm"),
-    ("front_mm", "front_std_mm", "front ahead of the face, mm"),
+    ("front_mm", "front_std_mm", "front ahead, mm"),
     ("slope_deg", "slope_std_deg", "slope of the front, °"),
     ("area_mm2", "area_std_mm2", "area of the heap, mm²"),
 )
