@@ -89,26 +89,29 @@ def _range(shown: pd.DataFrame, lines: Sequence[SofteningLine]) -> tuple[float, 
 def _bands(axes: Axes, frames: pd.DataFrame, curve: pd.DataFrame | None) -> None:
     """Curves with their limits, and marks at the photographs, a colour a band."""
     colours = [c for c in SERIES if c != MODEL]
-    for place, (band, part) in enumerate(frames.dropna(subset=["phi_deg"]).groupby("band", sort=True)):
-        colour = colours[place % len(colours)]
-        std = part["phi_std_deg"].fillna(0.0).to_numpy(float)
-        axes.errorbar(
-            part["slip_mm"],
-            part["phi_deg"],
-            yerr=None if curve is not None else _TWO_SIDED * std,
-            fmt=_MARKERS[place % len(_MARKERS)],
-            ms=3.5,
-            color=colour,
-            elinewidth=0.9,
-            label=f"band {band:g}",
-        )
+    known = frames.dropna(subset=["phi_deg"])
+    numbers = [*known["band"], *([] if curve is None else curve["band"])]
+    for place, band in enumerate(sorted({float(number) for number in numbers})):
+        colour, marks = colours[place % len(colours)], known[known["band"] == band]
         own = None if curve is None else curve[(curve["band"] == band) & (curve["slip_mm"] >= 0)]
-        if own is None or own.empty:
-            continue
-        slip, phi = own["slip_mm"].to_numpy(float), own["phi_deg"].to_numpy(float)
-        reach = _TWO_SIDED * own["phi_std_deg"].to_numpy(float)
-        axes.fill_between(slip, phi - reach, phi + reach, color=colour, alpha=0.18, linewidth=0)
-        axes.plot(slip, phi, color=colour, lw=1.1)
+        drawn = own is not None and not own.empty
+        if len(marks):
+            reach = _TWO_SIDED * marks["phi_std_deg"].fillna(0.0).to_numpy(float)
+            axes.errorbar(
+                marks["slip_mm"],
+                marks["phi_deg"],
+                yerr=None if drawn else reach,
+                fmt=_MARKERS[place % len(_MARKERS)],
+                ms=3.5,
+                color=colour,
+                elinewidth=0.9,
+                label=f"band {band:g}",
+            )
+        if own is not None and drawn:
+            slip, phi = own["slip_mm"].to_numpy(float), own["phi_deg"].to_numpy(float)
+            reach = _TWO_SIDED * own["phi_std_deg"].to_numpy(float)
+            axes.fill_between(slip, phi - reach, phi + reach, color=colour, alpha=0.18, linewidth=0)
+            axes.plot(slip, phi, color=colour, lw=1.1, label=None if len(marks) else f"band {band:g}")
 
 
 def _lines(axes: Axes, end_mm: float, read: SofteningLine | None, assumed: SofteningLine | None) -> None:
