@@ -85,6 +85,8 @@ def test_triangles_and_trapezoids_are_read_as_they_were_made(slope_deg, plateau)
     # The surface leaves its level by the threshold, 0.6 mm, before it meets it.
     assert found.front.value == pytest.approx(plateau + (12.0 - 0.6) / tangent, abs=0.05)
     assert found.slope.value == pytest.approx(slope_deg, abs=0.01)
+    # Where the crest is rounded, 15 and 85 % of it are nearer to the foot: the slope between them stays.
+    assert found.flank.value == pytest.approx(slope_deg, abs=0.3)
     area = 12.0 * plateau + 0.5 * 12.0**2 / tangent
     assert found.area.value == pytest.approx(area, rel=2e-3)
     if plateau:
@@ -97,10 +99,10 @@ def test_stated_uncertainties_cover_noisy_heaps():
     Errors are the same over 15 mm of surface, as where it is read from straight pieces.
     """
     rng = np.random.default_rng(5)
-    inside = {"crest": 0, "face": 0, "front": 0, "slope": 0, "area": 0}
+    inside = {"crest": 0, "face": 0, "front": 0, "flank": 0, "slope": 0, "area": 0}
     made = heap(12.0, 32.0, 30.0)
     tangent = np.tan(np.radians(32.0))
-    truth = {"crest": 12.0, "face": 12.0, "front": 30 + 11.4 / tangent, "slope": 32.0}
+    truth = {"crest": 12.0, "face": 12.0, "front": 30 + 11.4 / tangent, "flank": 32.0, "slope": 32.0}
     truth["area"] = 12.0 * 30.0 + 0.5 * 12.0**2 / tangent
     for _ in range(400):
         pieces = rng.normal(0.0, 0.15, 40)
@@ -150,6 +152,18 @@ def test_a_gap_hides_what_lies_in_it_and_a_hidden_face_its_height():
     found = mound_of(far, REST, 20.0, SHARP)
     assert np.isnan([found.face.value, found.area.value]).all()
     assert found.front.value == pytest.approx(30 + 11.4 / np.tan(np.radians(32.0)), abs=0.05)
+
+
+def test_a_terrace_makes_the_flank_flatter_and_leaves_the_front_its_slope():
+    upper, lower = heap(12.0, 32.0, 20.0), heap(6.0, 32.0, 60.0)
+    stepped = np.column_stack([upper[:, 0], np.maximum(upper[:, 1], lower[:, 1])])
+    found = mound_of(stepped, REST, 20.0, SHARP)
+    tangent = np.tan(np.radians(32.0))
+    # 85 % of 12 mm lies on the upper slope, 15 % on the lower one: 40 mm of terrace stand between, less
+    # what the two slopes overlap.
+    run = (60.0 + (6.0 - 1.8) / tangent) - (20.0 + (12.0 - 10.2) / tangent)
+    assert found.flank.value == pytest.approx(np.degrees(np.arctan(8.4 / run)), abs=0.05)
+    assert found.slope.value == pytest.approx(32.0, abs=0.05)
 
 
 def test_a_low_front_has_no_slope_but_a_place():

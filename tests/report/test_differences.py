@@ -156,21 +156,9 @@ def mound_table():
     for source, factor in (("experiment", 1.0), ("model", 1.1)):
         for k in range(5):
             u = 10.0 * k
-            values = (
-                0.4 * u * factor,
-                0.1,
-                u + 10,
-                2.0,
-                0.4 * u,
-                0.1,
-                60.0,
-                0.3,
-                32.0 * factor,
-                1.0,
-                30 * u,
-                5.0,
-            )
-            rows.append((source, k, u, *(values if k else (np.nan,) * 12)))
+            crest, slope = 0.4 * u * factor, 32.0 * factor
+            values = (crest, 0.1, u + 10, 2.0, crest, 0.1, 60.0, 0.3, 30.0, 1.0, slope, 1.0, 30 * u, 5.0)
+            rows.append((source, k, u, *(values if k else (np.nan,) * 14)))
     return rows
 
 
@@ -180,9 +168,9 @@ def test_the_mound_is_drawn_for_both_sides_with_the_slope_of_repose(results, fol
     chapter = mound_chapter(read_results(folder), Pen())
     assert chapter is not None
     assert len(chapter.tables[0].rows) == 10
-    assert [cell.text for cell in chapter.tables[0].rows[0][2:]] == ["–"] * 6
+    assert [cell.text for cell in chapter.tables[0].rows[0][2:]] == ["–"] * 7
     figure = mound_figure(pd.DataFrame(mound_table(), columns=list(MOUND_COLUMNS)), repose_deg=32.0)
-    crest, _, slope, _ = figure.axes
+    crest, _, _, _, slope, _ = figure.axes
     np.testing.assert_allclose(crest.lines[0].get_ydata()[1:], 0.44 * np.arange(10.0, 50.0, 10.0))
     assert any(np.allclose(line.get_ydata(), 32.0) and line.get_linestyle() == ":" for line in slope.lines)
 

@@ -8,11 +8,12 @@ from ploughval.report.text import with_std
 
 _HEAD = (
     "Source", "u, mm", "Crest ± std, mm", "Crest at x ± std, mm", "At the face ± std, mm",
-    "Front ahead ± std, mm", "Slope ± std, °", "Area ± std, mm²",
+    "Front ahead ± std, mm", "Flank ± std, °", "Front's slope ± std, °", "Area ± std, mm²",
 )  # fmt: skip
 _PARTS = (
     ("crest_mm", "crest_std_mm"), ("crest_x_mm", "crest_x_std_mm"), ("face_mm", "face_std_mm"),
-    ("front_mm", "front_std_mm"), ("slope_deg", "slope_std_deg"), ("area_mm2", "area_std_mm2"),
+    ("front_mm", "front_std_mm"), ("flank_deg", "flank_std_deg"), ("slope_deg", "slope_std_deg"),
+    ("area_mm2", "area_std_mm2"),
 )  # fmt: skip
 
 
@@ -27,7 +28,8 @@ def mound_chapter(results: Results, pen: Pen) -> Chapter | None:
     drawing = pen.draw(
         mound_figure(mound, repose_deg=None if repose is None else float(repose)),
         f"Crest, front, slope and area of the heap against travel, measured and predicted. {words}",
-        "Heights and area are above the initial surface; the front is where the surface leaves it. Dotted: "
+        "Heights and area are above the initial surface; the front is where the surface leaves it. The flank "
+        "falls from near the crest to near the front, steps included; the front is its lowest step. Dotted: "
         f"the slope of repose that the model was given. {words}".strip(),
     )
     rows = []

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 MOUND_COLUMNS = (
     "source", "frame", "u_mm", "crest_mm", "crest_std_mm", "crest_x_mm", "crest_x_std_mm", "face_mm",
-    "face_std_mm", "front_mm", "front_std_mm", "slope_deg", "slope_std_deg", "area_mm2", "area_std_mm2",
+    "face_std_mm", "front_mm", "front_std_mm", "flank_deg", "flank_std_deg", "slope_deg", "slope_std_deg",
+    "area_mm2", "area_std_mm2",
 )  # fmt: skip
 _AT_REST_DEPTHS = 0.05  # a first surface seen later than this is not the initial one
 _STILL_DEPTHS, _STILL_SHARE = 1.0, 0.02  # at its far end so much of a surface has not moved by so little
@@ -121,8 +122,8 @@ def predicted_mounds(one: "History", travel: Mapping[int, float], reading: Readi
 def mound_rows(source: str, mounds: Mapping[int, Mound], travel: Mapping[int, float]) -> pd.DataFrame:
     """Mounds as rows of MOUND_COLUMNS."""
     rows = [
-        (source, frame, travel[frame], *mound.crest, *mound.crest_x, *mound.face, *mound.front, *mound.slope,
-         *mound.area)
+        (source, frame, travel[frame], *mound.crest, *mound.crest_x, *mound.face, *mound.front, *mound.flank,
+         *mound.slope, *mound.area)
         for frame, mound in mounds.items()
     ]  # fmt: skip
     return pd.DataFrame(rows, columns=list(MOUND_COLUMNS))

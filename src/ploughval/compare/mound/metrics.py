@@ -23,12 +23,13 @@ from ploughval.compare.validation import Metric, distance
 if TYPE_CHECKING:
     from ploughval.model import History
 
-_PARTS = {"crest": "mm", "face": "mm", "front": "mm", "slope": "deg", "area": "mm2"}
+_PARTS = {"crest": "mm", "face": "mm", "front": "mm", "flank": "deg", "slope": "deg", "area": "mm2"}
 _WORDS = {
     "crest": "greatest height above the initial surface",
     "face": "height above the initial surface at the blade's face",
     "front": "from the face to where the surface has left its initial level by {threshold:.3g} mm",
-    "slope": "of the mound's front",
+    "flank": "mean slope from near the crest to near the front",
+    "slope": "of the mound's front, its lowest step",
     "area": "between the surface and the initial one, a width",
 }
 _STAGES = 6  # frames at which the draws are read, the last among them
@@ -48,8 +49,8 @@ def mound_metrics(case: Case, surface: pd.DataFrame) -> tuple[list[Metric], pd.D
     Returns
     -------
     metrics : list of Metric
-        ``surface_<part>_end``, ``_mean`` and ``_rms`` of crest, face, front, slope and area, over the frames
-        in which both sides show that part.
+        ``surface_<part>_end``, ``_mean`` and ``_rms`` of crest, face, front, flank, slope and area, over the
+        frames in which both sides show that part.
     table : DataFrame or None
         MOUND_COLUMNS of both sides; None without a frame that the model reaches.
     """

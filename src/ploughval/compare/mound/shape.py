@@ -1,4 +1,4 @@
-"""Shape of the mound from one surface: crest, height at the face, front, slope of the front, area."""
+"""Shape of the mound from one surface: crest, height at the face, flank, front and its slope, area."""
 
 from dataclasses import dataclass
 
@@ -66,8 +66,10 @@ class Mound:
         Height above the initial surface at the blade's face, mm.
     front : Quantity
         From the face to where the surface leaves its initial level, mm.
+    flank : Quantity
+        Mean slope from near the crest down to near the front, steps and terraces included, degrees.
     slope : Quantity
-        Of the front, degrees.
+        Of the front, the lowest step of the flank, degrees.
     area : Quantity
         Between the surface and the initial one, mm2.
     """
@@ -76,6 +78,7 @@ class Mound:
     crest_x: Quantity = MISSING
     face: Quantity = MISSING
     front: Quantity = MISSING
+    flank: Quantity = MISSING
     slope: Quantity = MISSING
     area: Quantity = MISSING
 
@@ -123,7 +126,8 @@ def mound_of(
     area = float(np.trapezoid(np.nan_to_num(raw[past]), x[past])) if began else float("nan")
     own = reading.noise_mm * np.sqrt(reading.shared_mm * (x[past][-1] - face_mm))
     std = float(np.hypot(own, 2.0 * reading.scale_std * area))
-    return Mound(crest, crest_x, face, front, slope, Quantity(area, std) if began else MISSING)
+    flank = _flank(x, height, crest.value, reading)
+    return Mound(crest, crest_x, face, front, flank, slope, Quantity(area, std) if began else MISSING)
 
 
 def _unknown(x: Floats, seen: Floats, widest_mm: float) -> NDArray[np.bool_]:
@@ -157,11 +161,31 @@ def _crest(x: Floats, height: Floats, reading: Reading) -> tuple[Quantity, Quant
 
 def _front(ahead: Floats, height: Floats, foot: int, reading: Reading) -> Quantity:
     """Where the surface falls to the threshold; uncertain as its height there, over its slope."""
-    fall = height[foot] - height[foot + 1]
-    place = ahead[foot] + reading.step_mm * (height[foot] - reading.threshold_mm) / fall
+    place = _last_above(ahead, height, reading.threshold_mm)
     back = max(foot - max(int(reading.window_mm / reading.step_mm), 1), 0)
     slope = (height[back] - height[foot + 1]) / (ahead[foot + 1] - ahead[back])
-    return _length(float(place), reading.noise_mm / max(float(slope), 0.03), reading)
+    return _length(place, reading.noise_mm / max(float(slope), 0.03), reading)
+
+
+def _flank(x: Floats, height: Floats, crest_mm: float, reading: Reading) -> Quantity:
+    """Slope between the last places that are as high as 85 and as 15 % of the crest."""
+    fall = (_MIDDLE[1] - _MIDDLE[0]) * crest_mm
+    if crest_mm < max(_SCARP_DEPTHS * reading.depth_mm, _SCARP_NOISE * reading.noise_mm):
+        return MISSING
+    low, high = (_last_above(x, height, share * crest_mm) for share in _MIDDLE)
+    if low - high < reading.step_mm:
+        return MISSING
+    slope = fall / (low - high)
+    std = slope * np.sqrt(2.0) * reading.noise_mm / fall
+    return Quantity(float(np.degrees(np.arctan(slope))), float(np.degrees(std) / (1.0 + slope**2)))
+
+
+def _last_above(x: Floats, height: Floats, level: float) -> float:
+    """Place at which a surface falls below a level for the last time; its end if it does not."""
+    k = int(np.flatnonzero(height > level)[-1])
+    if k == len(x) - 1:
+        return float(x[k])
+    return float(x[k] + (x[k + 1] - x[k]) * (height[k] - level) / (height[k] - height[k + 1]))
 
 
 def _front_slope(x: Floats, raw: Floats, height: Floats, foot: int, reading: Reading) -> Quantity:

@@ -1,4 +1,4 @@
-"""The mound ahead of the blade against travel: crest, front, slope and area, measured and predicted."""
+"""The mound ahead of the blade against travel: height, front, slopes and area, measured and predicted."""
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,9 @@ from ploughval.report.figures.style import INK, MEASURED, MODEL, new_figure, sty
 
 _PANELS = (
     ("crest_mm", "crest_std_mm", "crest height, mm"),
+    ("face_mm", "face_std_mm", "height at the face, mm"),
     ("front_mm", "front_std_mm", "front ahead, mm"),
+    ("flank_deg", "flank_std_deg", "slope of the flank, °"),
     ("slope_deg", "slope_std_deg", "slope of the front, °"),
     ("area_mm2", "area_std_mm2", "area of the heap, mm²"),
 )
@@ -17,24 +19,24 @@ _PANELS = (
 
 @styled
 def mound_figure(mound: pd.DataFrame, *, repose_deg: float | None = None) -> Figure:
-    """Four panels against the travel of the blade.
+    """Six panels against the travel of the blade.
 
     Parameters
     ----------
     mound : DataFrame
-        source (experiment or model), u_mm and, with their standard uncertainties, crest_mm, front_mm,
-        slope_deg and area_mm2.
+        source (experiment or model), u_mm and, with their standard uncertainties, crest_mm, face_mm,
+        front_mm, flank_deg, slope_deg and area_mm2.
     repose_deg : float or None
         Slope of repose that the model was given, as a dotted line.
     """
-    figure = new_figure(4.6)
-    panels = figure.subplots(2, 2, sharex=True)
+    figure = new_figure(6.4)
+    panels = figure.subplots(3, 2, sharex=True)
     for axes, (name, std, label) in zip(panels.flat, _PANELS, strict=True):
         _panel(axes, mound, name, std)
         axes.set_ylabel(label)
-        if name == "slope_deg" and repose_deg is not None:
+        if name in ("flank_deg", "slope_deg") and repose_deg is not None:
             axes.axhline(repose_deg, color=INK, lw=0.8, ls=":")
-    for axes in panels[1]:
+    for axes in panels[-1]:
         axes.set_xlabel("u, mm")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     if handles:
