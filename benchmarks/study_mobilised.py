@@ -77,7 +77,7 @@ def measure(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame] | None:
 def friction_of(folder: Path) -> tuple[Scene, FrictionFindings, pd.DataFrame] | None:
     """Settings, friction and bands of a processed test, from its result files; None where one is missing."""
     scene = load_scene(folder, files=False)
-    paths = {name: folder / "results" / f"{name}.csv" for name in ("force", "bands", "surface")}
+    paths = {name: folder / "results" / f"{name}.csv" for name in ("force", "bands", "surface", "increments")}
     if not all(path.is_file() for path in paths.values()):
         return None
     tables = {name: pd.read_csv(path) for name, path in paths.items()}
@@ -87,7 +87,7 @@ def friction_of(folder: Path) -> tuple[Scene, FrictionFindings, pd.DataFrame] | 
     assert scene.camera is not None
     assert scene.camera.mm_per_px is not None
     surface = tables["surface"].assign(std_mm=SURFACE_STD_PX * scene.camera.mm_per_px)
-    return scene, read_friction(scene, force, tables["bands"], surface), tables["bands"]
+    return scene, read_friction(scene, force, tables["bands"], surface, tables["increments"]), tables["bands"]
 
 
 def virtual(folder: Path, picture: Path) -> pd.DataFrame:

@@ -8,6 +8,8 @@ from ploughval.axes import BAND_COLUMNS
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.block import Block, block_of
 from ploughval.compare.mobilised.curve import band_curve, binned, curve_table, seen_surface
+from ploughval.compare.mobilised.frames import mobilised_table
+from ploughval.compare.mobilised.outcrop import outcrop_of
 from ploughval.compare.mobilised.sources import SOURCES
 from ploughval.compare.mobilised.track import track_block
 from ploughval.scene import Scene
@@ -124,7 +126,7 @@ def test_block_rests_until_its_band_starts_and_then_goes_on_evenly():
     none = (0.0, 0.0)
     blocks = [Block(*state(u), none, none, none, none) for u in seen.tolist()]
     u = np.linspace(0.0, 10.0, 101)
-    track = track_block(u, seen, blocks, 120.0, 5.3)
+    track = track_block(u, seen, blocks, np.full(101, 120.0), 5.3)
     area, height = state(u)
     np.testing.assert_allclose(track.height_mm, height, atol=1e-9)
     np.testing.assert_allclose(track.area_mm2, area, atol=0.1)  # a hundredth of 1 %: heights of both ends mix
@@ -134,7 +136,8 @@ def test_block_rests_until_its_band_starts_and_then_goes_on_evenly():
 def test_block_is_unknown_where_no_photograph_is_near():
     none = (0.0, 0.0)
     blocks = [Block(2000.0, 30.0, none, none, none, none)] * 4
-    track = track_block(np.array([1.0, 9.0, 19.0, 30.0]), np.array([0.0, 2.0, 4.0, 20.0]), blocks, 120.0, 0.0)
+    u, seen = np.array([1.0, 9.0, 19.0, 30.0]), np.array([0.0, 2.0, 4.0, 20.0])
+    track = track_block(u, seen, blocks, np.full(4, 120.0), 0.0)
     assert np.isfinite(track.area_mm2).tolist() == [True, False, False, False]
 
 
@@ -228,3 +231,41 @@ def test_steps_of_force_are_fine_at_first_and_keep_the_mean():
     np.testing.assert_allclose(width[near], 0.05, atol=1e-9)
     np.testing.assert_allclose(noise[near], 0.2 / np.sqrt(5.0), rtol=0.1)
     assert width[~near].max() == pytest.approx(0.5)
+
+
+def creeping(speed, scatter_mm=0.3):
+    """Level sand and a band whose outcrop creeps ahead: force of friction 35, bands, surface, increments."""
+    rng = np.random.default_rng(8)
+    u = np.arange(0.005, TRAVEL, 0.01)
+    reach = 45.0 + (speed - 1) * u
+    beta = np.arctan2(DEPTH, reach)
+    F = GAMMA * 1e-6 * DEPTH * reach / 2 * WIDTH * np.tan(beta + np.radians(35.0))
+    curve = Curve(u, F, np.zeros(u.size), np.zeros(u.size), 0.01)
+    band = pd.DataFrame([(4, 0.0, TRAVEL, 33.7, 0.0, 45.0, 0.3, 0.0)], columns=list(BAND_COLUMNS))
+    x = np.arange(0.0, 200.0, 0.5)
+    lines = [
+        pd.DataFrame({"frame": k, "u_mm": one, "x_mm": x[x >= one], "y_mm": DEPTH})
+        for k, one in enumerate(FRAMES)
+    ]
+    start = np.arange(0.0, TRAVEL)
+    increments = pd.DataFrame({"u_mm": start, "du_mm": 1.0, "outcrop_std_mm": scatter_mm, "band": 4})
+    increments["outcrop_x_mm"] = 45.0 + speed * (start + 0.5) + rng.normal(0, scatter_mm, start.size)
+    return curve, band, pd.concat(lines, ignore_index=True), increments
+
+
+def test_outcrop_that_clearly_creeps_ahead_is_followed():
+    curve, band, lines, increments = creeping(0.5)
+    found = band_curve(scene(), curve, band, 0, seen_surface(lines), increments)
+    # 0.3 mm of scatter in 19 increments: 0.15 mm of outcrop at either end, 0.05 degrees
+    np.testing.assert_allclose(found.phi_deg, 35.0, atol=0.15)
+    assert np.abs(band_curve(scene(), curve, band, 0, seen_surface(lines)).phi_deg - 35.0).max() > 2.0
+    table = mobilised_table(scene(), curve, band, lines, increments=increments)
+    np.testing.assert_allclose(table["phi_deg"].dropna(), 35.0, atol=0.15)
+
+
+def test_outcrop_that_scatters_or_goes_back_is_taken_to_stay():
+    for speed in (0.0, -0.5):
+        _, band, _, increments = creeping(speed)
+        assert outcrop_of(band.iloc[0], increments).at(np.array([0.0, 15.0])).tolist() == [45.0, 45.0]
+    _, band, _, vague = creeping(0.5, scatter_mm=6.0)
+    assert outcrop_of(band.iloc[0], vague).speed == 0.0

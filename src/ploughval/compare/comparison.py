@@ -70,6 +70,7 @@ def compare_test(
     bands: pd.DataFrame | None,
     layers: pd.DataFrame | None,
     surface: pd.DataFrame | None,
+    increments: pd.DataFrame | None = None,
 ) -> Comparison:
     """Compare a model run with what was measured.
 
@@ -87,6 +88,8 @@ def compare_test(
         LAYER_COLUMNS; ``calibration_std_mm`` where that is known.
     surface : DataFrame or None
         SURFACE_COLUMNS; ``std_mm`` and ``calibration_std_mm`` where they are known.
+    increments : DataFrame or None
+        INCREMENT_COLUMNS: whether outcrops creep; None: they are taken to stay.
 
     Returns
     -------
@@ -112,8 +115,8 @@ def compare_test(
         found, mound = mound_metrics(case, surface)
         metrics += surface_metrics(case, surface) + found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
-        friction = read_friction(scene, curve, bands, surface)
-        mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm)
+        friction = read_friction(scene, curve, bands, surface, increments)
+        mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm, increments)
         metrics += friction_metrics(case, mobilised, friction)
     return Comparison(
         tuple(metrics),

@@ -273,4 +273,5 @@ class _Run:
             bands=found.band_table() if placed else None,
             layers=places(found.layers),
             surface=places(found.surface),
+            increments=None if found.bands is None else found.bands.increments,
         )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.block import Block, block_of
 from ploughval.compare.mobilised.inversion import mobilised_friction
+from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
 from ploughval.compare.mobilised.sources import SOURCES, Response, input_stds, respond, weight_of
 from ploughval.compare.mobilised.track import BlockTrack, track_block
 from ploughval.scene import Scene, Soil
@@ -106,7 +107,12 @@ def seen_surface(surface: pd.DataFrame) -> SeenSurface:
 
 
 def band_curve(
-    scene: Scene, force: Curve, bands: pd.DataFrame, band: int, surface: SeenSurface
+    scene: Scene,
+    force: Curve,
+    bands: pd.DataFrame,
+    band: int,
+    surface: SeenSurface,
+    increments: pd.DataFrame | None = None,
 ) -> BandCurve | None:
     """Mobilised friction on one band, from the photograph before its start to its end.
 
@@ -122,6 +128,8 @@ def band_curve(
         Row of it.
     surface : SeenSurface
         The measured surface.
+    increments : DataFrame or None
+        INCREMENT_COLUMNS, which show whether the outcrop creeps.
 
     Returns
     -------
@@ -130,7 +138,8 @@ def band_curve(
     """
     soil, row = scene.soil, bands.iloc[band]
     assert soil is not None
-    start, end, outcrop = (float(row[name]) for name in ("u_start_mm", "u_end_mm", "outcrop_x_mm"))
+    start, end = (float(row[name]) for name in ("u_start_mm", "u_end_mm"))
+    outcrop = outcrop_of(row, increments)
     low, high = _about(surface.u_mm, start)
     seen, blocks = seen_blocks(scene, surface, outcrop, (low, end))
     first = band == int(np.argmin(bands["u_start_mm"].to_numpy()))
@@ -138,15 +147,15 @@ def band_curve(
     later = bands["u_start_mm"].to_numpy(dtype=np.float64)
     follows = later[later > start]
     stop = end if not follows.size else min(end, _about(surface.u_mm, float(follows.min()))[0])
-    if not (np.isfinite(outcrop) and len(blocks)):
+    if not (np.isfinite(outcrop.x_mm) and len(blocks)):
         return None
     u, width, F, noise = binned(force, low, stop, scene.blade.depth_mm)
-    track = track_block(u, seen, blocks, outcrop, start)
+    track = track_block(u, seen, blocks, outcrop.at(u), start)
     good = np.isfinite(track.area_mm2) & np.isfinite(F)
     if not good.any():
         return None
     u, width, F, noise = u[good], width[good], F[good], noise[good]
-    track = track_block(u, seen, blocks, outcrop, start)
+    track = track_block(u, seen, blocks, outcrop.at(u), start)
     stds = input_stds(scene, soil, force, surface.std_mm, float(row["outcrop_std_mm"]))
     response = respond(scene, soil, stds, track, (F, noise))
     return _inverted(
@@ -180,13 +189,13 @@ def band_number(row: pd.Series) -> int:
 
 
 def seen_blocks(
-    scene: Scene, surface: SeenSurface, outcrop_mm: float, span_mm: tuple[float, float]
+    scene: Scene, surface: SeenSurface, outcrop: Outcrop, span_mm: tuple[float, float]
 ) -> tuple[Floats, list[Block]]:
     """Travels of the photographs within a span in which a band's block is known, and the blocks."""
     known = []
     for u, line in zip(surface.u_mm.tolist(), surface.lines, strict=True):
         if span_mm[0] - 1e-9 <= u <= span_mm[1] + 1e-9:
-            block = block_of(line, u, outcrop_mm, scene.blade.depth_mm)
+            block = block_of(line, u, float(outcrop.at(np.array([u]))[0]), scene.blade.depth_mm)
             if block is not None:
                 known.append((u, block))
     return np.array([u for u, _ in known]), [block for _, block in known]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.curve import SeenSurface, seen_blocks, seen_surface
 from ploughval.compare.mobilised.inversion import mobilised_friction
+from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
 from ploughval.compare.mobilised.sources import input_stds, respond, weight_of
 from ploughval.compare.mobilised.track import track_block
 from ploughval.scene import Scene
@@ -25,6 +26,7 @@ def mobilised_table(
     bands: pd.DataFrame,
     surface: pd.DataFrame,
     origins_mm: Mapping[int, float] | None = None,
+    increments: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Mobilised friction for every frame with a measured surface.
 
@@ -43,6 +45,8 @@ def mobilised_table(
         SURFACE_COLUMNS, measured, and std_mm where it is known; rows of NaN are holes.
     origins_mm : mapping of int to float, mm, or None
         Travel at which the slip of a band began, by its number, where that is better known than its start.
+    increments : DataFrame or None
+        INCREMENT_COLUMNS, which show whether an outcrop creeps.
 
     Returns
     -------
@@ -60,7 +64,8 @@ def mobilised_table(
     table["status"] = "no_band"
     active = _active(seen.u_mm, bands)
     for row in range(len(bands)):
-        _fill(table, scene, force, bands.iloc[row], seen, np.flatnonzero(active == row))
+        outcrop = outcrop_of(bands.iloc[row], increments)
+        _fill(table, scene, force, bands.iloc[row], outcrop, _part(seen, active == row))
     began = dict(zip(bands["band"].astype(int).tolist(), bands["u_start_mm"].tolist(), strict=True))
     table["slip_mm"] = _slip(table, began | dict(origins_mm or {}))
     return table[list(MOBILISED_COLUMNS)]
@@ -75,31 +80,37 @@ def _active(u_mm: Floats, bands: pd.DataFrame) -> NDArray[np.int64]:
     return active
 
 
+def _part(seen: SeenSurface, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.int64], SeenSurface, float]:
+    """Some of the photographs: their places, what they show, and the std of the level in all of them."""
+    rows = np.flatnonzero(wanted)
+    part = SeenSurface(seen.frames[rows], seen.u_mm[rows], tuple(seen.lines[k] for k in rows))
+    return rows, part, seen.std_mm
+
+
 def _fill(
     table: pd.DataFrame,
     scene: Scene,
     force: Curve,
     band: pd.Series,
-    seen: SeenSurface,
-    rows: NDArray[np.int64],
+    outcrop: Outcrop,
+    seen: tuple[NDArray[np.int64], SeenSurface, float],
 ) -> None:
     """Write what is known of the frames in which a band is active."""
     soil = scene.soil
+    rows, part, surface_std = seen
     if soil is None or not rows.size:
         return
     table.loc[rows, "band"] = float(band["band"])
     table.loc[rows, "status"] = "no_surface"
-    part = SeenSurface(seen.frames[rows], seen.u_mm[rows], tuple(seen.lines[k] for k in rows))
-    outcrop = float(band["outcrop_x_mm"])
     u, blocks = seen_blocks(scene, part, outcrop, (-np.inf, np.inf))
     if not blocks:
         return
     known = rows[np.isin(part.u_mm, u)]
-    track = track_block(u, u, blocks, outcrop, float("nan"))
+    track = track_block(u, u, blocks, outcrop.at(u), float("nan"))
     F, _ = force.at(u)
     noise = np.interp(u, force.u_mm, force.noise_std_N)
     weight, beta, wall = weight_of(scene, soil, track), track.beta_deg, soil.wall_friction_deg
-    stds = input_stds(scene, soil, force, seen.std_mm, float(band["outcrop_std_mm"]))
+    stds = input_stds(scene, soil, force, surface_std, float(band["outcrop_std_mm"]))
     phi = mobilised_friction(F / soil.horizontal_share, weight, beta, wall)
     std = respond(scene, soil, stds, track, (F, noise)).std
     table.loc[known, "beta_deg"], table.loc[known, "weight_N"] = beta, weight

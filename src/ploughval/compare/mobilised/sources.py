@@ -139,7 +139,7 @@ def respond(
     )
     square = track.reach_mm**2 + track.height_mm**2
 
-    def moved(block: Floats, reach: float = 0.0) -> Floats:
+    def moved(block: Floats, reach: Floats | float = 0.0) -> Floats:
         """Change of the friction with area and height (2, N) and with the reach."""
         area, height = block
         turned = np.degrees((track.reach_mm * height - track.height_mm * reach) / square)

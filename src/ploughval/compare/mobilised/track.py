@@ -16,13 +16,13 @@ _MOST_INTERVALS = 2.0  # of the photographs, over which the block is interpolate
 class BlockTrack:
     """A band's block at N travels; NaN where the photographs do not tell it.
 
-    ``area_mm2``, ``height_mm``, ``reach_mm`` are (N,). ``by_level``, ``by_height``, ``by_outcrop`` and
-    ``by_scale`` (2, N) are the derivatives of area and height, as in :class:`Block`. ``share`` (K, N) is that
-    of each of K photographs in the block; ``bend_mm2`` (N,) what its area may differ by between
-    them, eq. (5).
+    ``outcrop_mm``, ``area_mm2``, ``height_mm``, ``reach_mm`` are (N,). ``by_level``, ``by_height``,
+    ``by_outcrop`` and ``by_scale`` (2, N) are the derivatives of area and height, as in :class:`Block`.
+    ``share`` (K, N) is that of each of K photographs in the block; ``bend_mm2`` (N,) what its area may differ
+    by between them, eq. (5).
     """
 
-    outcrop_mm: float
+    outcrop_mm: Floats
     area_mm2: Floats
     height_mm: Floats
     reach_mm: Floats
@@ -40,7 +40,7 @@ class BlockTrack:
 
 
 def track_block(
-    u_mm: Floats, seen_mm: Floats, blocks: Sequence[Block], outcrop_mm: float, start_mm: float
+    u_mm: Floats, seen_mm: Floats, blocks: Sequence[Block], outcrop_mm: Floats, start_mm: float
 ) -> BlockTrack:
     """The block at given travels.
 
@@ -56,8 +56,8 @@ def track_block(
         Travels of the photographs in which the block is known, ascending.
     blocks : sequence of K Block
         The block in them.
-    outcrop_mm : float, mm
-        x of the outcrop, which stays.
+    outcrop_mm : (N,) float, mm
+        x of the outcrop.
     start_mm : float, mm
         Travel at which the band took over.
 

@@ -56,7 +56,13 @@ class FrictionFindings:
         return None if self.softening.empty else self.softening.iloc[-1]
 
 
-def read_friction(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.DataFrame) -> FrictionFindings:
+def read_friction(
+    scene: Scene,
+    force: Curve,
+    bands: pd.DataFrame,
+    surface: pd.DataFrame,
+    increments: pd.DataFrame | None = None,
+) -> FrictionFindings:
     """Mobilised friction of every band, and peak, residual and mobilization length.
 
     Parameters
@@ -69,6 +75,8 @@ def read_friction(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.D
         BAND_COLUMNS, measured.
     surface : DataFrame
         SURFACE_COLUMNS, measured, and std_mm where it is known.
+    increments : DataFrame or None
+        INCREMENT_COLUMNS, which show whether an outcrop creeps; None: all stay.
 
     Returns
     -------
@@ -77,13 +85,13 @@ def read_friction(scene: Scene, force: Curve, bands: pd.DataFrame, surface: pd.D
     seen, depth = seen_surface(surface), scene.blade.depth_mm
     curves, tables, rows = [], [], []
     for row in range(len(bands)) if len(seen.lines) else ():
-        curve = band_curve(scene, force, bands, row, seen)
+        curve = band_curve(scene, force, bands, row, seen, increments)
         if curve is None:
             continue
         fit = fit_softening([curve], depth)
         if fit is not None and _elsewhere(curve, fit):
             # the block just before the switch stands on where that was: once more from there
-            there = band_curve(scene, force, _moved(bands, row, fit.origins[0][0]), row, seen)
+            there = band_curve(scene, force, _moved(bands, row, fit.origins[0][0]), row, seen, increments)
             curve = curve if there is None else replace(there, start_mm=curve.start_mm)
             fit = fit_softening([curve], depth)
         curves.append(curve)
