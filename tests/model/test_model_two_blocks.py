@@ -267,7 +267,7 @@ def pairwise_to_rest(y, first, dx, limit):
 
 @njit
 def eq19(joint, x, y, first, out, phi, wall):
-    """P / unit weight by Eq. 19 of the bent band over a joint (from the tip) to node ``out``."""
+    """P / unit weight by Eq. 22 of the bent band over a joint (from the tip) to node ``out``."""
     tip, joint_x, joint_y = x[first], joint[0], joint[1]
     lower = np.arctan2(joint_y, joint_x)
     upper = np.arctan2(y[out] - joint_y, x[out] - tip - joint_x)

@@ -43,7 +43,7 @@ def bent_force(
     """P / unit weight of two blocks, and the outcrop: ``place``, or the cheapest where that is NaN.
 
     The tip stands at (x[0], 0) under an upright face, the joint so far from it. The interface from the joint
-    to the top of the face is to block 2 what a rough, inclined blade is (Eq. 20): its least force comes from
+    to the top of the face is to block 2 what a rough, inclined blade is (Eq. 23): its least force comes from
     the search for one block. ``above`` is room for heights over the joint. Infinite: no such mechanism.
     """
     ahead, up = joint[0], max(joint[1], shear.lowest)

@@ -1,4 +1,4 @@
-"""Motion of two blocks on a bent band and the area ahead (docs/theory-model.md, section 9, Eqs 21 to 24)."""
+"""Motion of two blocks on a bent band and the area ahead (docs/theory-model.md, section 9, Eqs 24 and 25)."""
 
 import numpy as np
 from numba import njit
@@ -13,7 +13,7 @@ Point = tuple[float, float]
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def velocities(tip: float, face_top: float, joint: Point, outcrop: Point) -> tuple[float, float, float]:
-    """Slopes of the lower and the upper band, and how far block 2 moves forward for 1 of the blade (Eq. 21).
+    """Slopes of the lower and the upper band, and how far block 2 moves forward for 1 of the blade (Eq. 24).
 
     One block, whose joint is the tip, has both slopes alike and moves as far as the blade.
     """
