@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pandas as pd
 
+import study_model_blades as blades
+import study_model_blades_figures as blade_figures
 import study_model_figures as figures
 import study_model_page as page
 import study_model_runs as runs
@@ -47,6 +49,10 @@ def make_tables(out: Path) -> dict[str, pd.DataFrame]:
         "friction-map": runs.friction_map(),
         "rules": rules,
         "rules-histories": histories,
+        "inclinations": blades.inclinations(),
+        "two-blocks": blades.mechanisms(),
+        "two-block-joints": blades.joints(),
+        "two-block-smooth": blades.smooth(),
     }
     folder = virtual.virtual_folder()
     if folder is not None:
@@ -72,6 +78,10 @@ def make_figures(tables: dict[str, pd.DataFrame], out: Path) -> None:
         )
         figures.save(figures.influences(tables["influences"], FORCES, "force, P0", 5.0), out / "forces")
         figures.save(figures.friction_map(tables["friction-map"]), out / "friction-map")
+        figures.save(blade_figures.inclinations(tables["inclinations"]), out / "inclinations")
+        rough = blades.rough_histories()
+        figures.save(blade_figures.block_forces(rough, tables["two-blocks"]), out / "two-blocks")
+        figures.save(blade_figures.block_layers(rough), out / "two-block-layers")
         if names := runs.directions():
             figures.save(figures.direction_rules(tables["rules-histories"], names), out / "directions")
         if "virtual" in tables:

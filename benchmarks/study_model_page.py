@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pandas as pd
 
+import study_model_blades_page as blades
 from study_model_runs import DEPTH_MM, RULES_TRAVEL_D, TRAVEL_D, directions
 
 Tables = dict[str, pd.DataFrame]
@@ -28,6 +29,7 @@ def fill(template: str, tables: Tables) -> str:
     """The page: sections whose tables are missing left out, every field replaced by its number."""
     there = {"directions": len(directions()) > 1, "virtual": "virtual" in tables}
     values = {**numerical(tables), **physical(tables), **outcrop_rules(tables)}
+    values |= blades.inclined(tables) | blades.two_blocks(tables)
     if there["directions"]:
         values.update(direction_rules(tables))
     if there["virtual"]:
