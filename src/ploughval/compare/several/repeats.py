@@ -54,8 +54,9 @@ def metric_names(records: Sequence[Record]) -> list[str]:
 
 
 def measured_names(records: Sequence[Record]) -> list[str]:
-    """Names of metrics whose measured side is measured: a ratio to the experiment is 1 by definition."""
-    return [name for name in metric_names(records) if not name.endswith("_ratio")]
+    """Names of metrics that are a measurement: no ratio to it, no count of matches with the model."""
+    names = metric_names(records)
+    return [name for name in names if not name.endswith(("_ratio", "_matched_count", "_unmatched_count"))]
 
 
 def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:

@@ -45,10 +45,10 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     drawings: list[Drawing] = []
     tables: list[Table] = []
     notes: list[str] = []
-    shown = _shown(found)
-    tables.append(_summary(found))
-    for group in sorted(found.repeats, key=lambda label: label not in shown):
-        repeats = found.repeats[group]
+    shown = _by_size(found)[:MOST_GROUPS]
+    tables += [_summary(found)] if found.repeats else []
+    for group in _by_size(found):
+        repeats = found.repeats.get(group, [])
         for subject, some in by_subject(repeats).items():
             if group in shown:
                 drawings += _scatter(some, f"Group {group}, {subject.lower()}", pen)
@@ -56,12 +56,12 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
             rows = [_row(repeat) for repeat in some]
             tables.append(Table(title, HEAD, rows, kind="wide", folded=group not in shown))
         notes += _notes(found, repeats)
-    for group, history in found.histories.items():
-        if group in shown:
+    for group in shown:
+        history = found.histories.get(group)
+        if history is not None:
             words = f"Group {group}: measured force of {len(history.tests)} tests over travel."
             drawings.append(pen.draw(envelope_figure(history), words, words + _envelope_words(found, group)))
-    hidden = {*found.repeats, *found.histories} - shown
-    if hidden:
+    if len({*found.repeats, *found.histories}) > MOST_GROUPS:
         notes.append(
             f"Figures are of the {MOST_GROUPS} groups with the most tests; the tables of others are folded."
         )
@@ -69,10 +69,10 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
     return Chapter("repeatability", "Repeatability", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
 
 
-def _shown(found: SeveralFindings) -> set[str]:
-    """Labels of the groups that figures are drawn of: those with the most tests."""
+def _by_size(found: SeveralFindings) -> list[str]:
+    """Labels of groups, those with the most tests first."""
     groups = sorted(found.grouping.groups, key=lambda group: -len(group.members))
-    return {group.label for group in groups[:MOST_GROUPS]}
+    return [group.label for group in groups if len(group.members) > 1]
 
 
 class Named(Protocol):
