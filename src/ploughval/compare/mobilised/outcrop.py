@@ -44,9 +44,8 @@ def outcrop_of(band: pd.Series, increments: pd.DataFrame | None) -> Outcrop:
     -------
     Outcrop
         It stays where the band started until the straight line through the band's increments, weighted by
-        their stds, is ahead of it; such a line there is where it moves by a fifth of the blade's
-        travel and by four of its own stds. The first increment, which may hold the band before as well, is left
-        out.
+        their stds, is ahead of it; such a line there is where it moves by a fifth of the blade's travel and
+        by four of its own stds. The first increment, which may hold the band before as well, is left out.
     """
     start, x = float(band["u_start_mm"]), float(band["outcrop_x_mm"])
     stays = Outcrop(x, start)
