@@ -68,15 +68,20 @@ def mound_metrics(case: Case, surface: pd.DataFrame) -> tuple[list[Metric], pd.D
         [mound_rows("experiment", measured, travel), mound_rows("model", model, travel)], ignore_index=True
     )
     said = "" if seen else "; the initial surface was not seen and is taken as level at the stated depth"
+    read: dict[tuple[int, int], Mound] = {}
+
+    def mounds(one: "History", frames: Sequence[int]) -> Mapping[int, Mound]:
+        wanted = {k: travel[k] for k in frames if (id(one), k) not in read}
+        read.update({(id(one), k): mound for k, mound in predicted_mounds(one, wanted, reading).items()})
+        return {k: read[id(one), k] for k in frames if (id(one), k) in read}
+
     metrics: list[Metric] = []
     for part in _PARTS:
         pairs = [(frame, getattr(measured[frame], part), getattr(one, part)) for frame, one in model.items()]
         pairs = [pair for pair in pairs if np.isfinite(pair[1].value) and np.isfinite(pair[2].value)]
         if pairs:
             note = _WORDS[part].format(threshold=reading.threshold_mm) + said
-            metrics += _Part(case, part, pairs, note).metrics(
-                lambda one, frames: predicted_mounds(one, {k: travel[k] for k in frames}, reading)
-            )
+            metrics += _Part(case, part, pairs, note).metrics(mounds)
     return metrics, table
 
 
