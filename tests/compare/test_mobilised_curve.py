@@ -7,10 +7,11 @@ import pytest
 from ploughval.axes import BAND_COLUMNS
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.block import Block, block_of
-from ploughval.compare.mobilised.curve import band_curve, binned, curve_table, seen_surface
+from ploughval.compare.mobilised.curve import band_curve, binned, curve_table
 from ploughval.compare.mobilised.frames import mobilised_table
 from ploughval.compare.mobilised.outcrop import outcrop_of
 from ploughval.compare.mobilised.sources import SOURCES
+from ploughval.compare.mobilised.surface import seen_surface
 from ploughval.compare.mobilised.track import track_block
 from ploughval.scene import Scene
 
@@ -202,6 +203,20 @@ def test_effect_of_a_source_is_what_its_change_makes_of_the_friction(name):
     np.testing.assert_allclose(effect, changed(name) - curve.phi_deg, rtol=0.02, atol=2e-5)
     others = np.delete(curve.response.shared, SOURCES.index(name), axis=0)
     assert np.abs(others).max() < 1e-12
+
+
+def test_scale_of_a_calibration_counts_as_one_that_is_stated():
+    """What an error of the scale leaves open of places: 0.002 of their distance from the tip, rms by axis."""
+    lines = surface()
+    distance = np.hypot(lines["x_mm"], lines["y_mm"])
+    told = lines.assign(calibration_std_mm=0.002 * distance / np.sqrt(2.0))
+    stated = scene(camera=CAMERA | {"mm_per_px_std": 0.0002})
+    rows = [
+        band_curve(one, measured(), bands(), 1, seen_surface(table)).response.shared[SOURCES.index("scale")]
+        for one, table in ((scene(), told), (stated, lines))
+    ]
+    assert np.abs(rows[0]).max() > 0.001
+    np.testing.assert_allclose(rows[0], rows[1], rtol=1e-9)
 
 
 def test_intervals_of_rows_cover_friction_under_drawn_forces():

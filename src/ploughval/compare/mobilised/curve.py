@@ -11,6 +11,7 @@ from ploughval.compare.mobilised.block import Block, block_of
 from ploughval.compare.mobilised.inversion import mobilised_friction
 from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
 from ploughval.compare.mobilised.sources import SOURCES, Response, input_stds, respond, weight_of
+from ploughval.compare.mobilised.surface import SeenSurface
 from ploughval.compare.mobilised.track import BlockTrack, track_block
 from ploughval.scene import Scene, Soil
 
@@ -77,35 +78,6 @@ class BandCurve:
         return np.asarray(total(u_mm) - total(np.array([origin_mm])))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SeenSurface:
-    """The surface in the photographs: travels (F,) ascending and lines (M, 3) of x, y, std."""
-
-    frames: NDArray[np.int64]
-    u_mm: Floats
-    lines: tuple[Floats, ...]
-
-    @property
-    def std_mm(self) -> float:
-        """Standard uncertainty of its level, mm: the median of what is stated; NaN where nothing is."""
-        stated = np.concatenate([line[:, 2] for line in self.lines]) if self.lines else np.empty(0)
-        stated = stated[np.isfinite(stated)]
-        return float(np.median(stated)) if stated.size else float("nan")
-
-
-def seen_surface(surface: pd.DataFrame) -> SeenSurface:
-    """Group SURFACE_COLUMNS (and std_mm, where it is there) by photograph; those without travel left out."""
-    table = surface if "std_mm" in surface else surface.assign(std_mm=np.nan)
-    parts = [
-        (frame, float(part["u_mm"].iloc[0]), part[["x_mm", "y_mm", "std_mm"]].to_numpy(dtype=np.float64))
-        for frame, part in table[table["u_mm"].notna()].groupby("frame", sort=True)
-    ]
-    parts.sort(key=lambda part: part[1])
-    return SeenSurface(
-        np.array([p[0] for p in parts], np.int64), np.array([p[1] for p in parts]), tuple(p[2] for p in parts)
-    )
-
-
 def band_curve(
     scene: Scene,
     force: Curve,
@@ -156,7 +128,7 @@ def band_curve(
         return None
     u, width, F, noise = u[good], width[good], F[good], noise[good]
     track = track_block(u, seen, blocks, outcrop.at(u), start)
-    stds = input_stds(scene, soil, force, surface.std_mm, float(row["outcrop_std_mm"]))
+    stds = input_stds(scene, soil, force, surface, float(row["outcrop_std_mm"]))
     response = respond(scene, soil, stds, track, (F, noise))
     return _inverted(
         soil,

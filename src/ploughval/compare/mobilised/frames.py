@@ -7,10 +7,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve
-from ploughval.compare.mobilised.curve import SeenSurface, seen_blocks, seen_surface
+from ploughval.compare.mobilised.curve import seen_blocks
 from ploughval.compare.mobilised.inversion import mobilised_friction
 from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
 from ploughval.compare.mobilised.sources import input_stds, respond, weight_of
+from ploughval.compare.mobilised.surface import SeenSurface, seen_surface
 from ploughval.compare.mobilised.track import track_block
 from ploughval.scene import Scene
 
@@ -65,7 +66,7 @@ def mobilised_table(
     active = _active(seen.u_mm, bands)
     for row in range(len(bands)):
         outcrop = outcrop_of(bands.iloc[row], increments)
-        _fill(table, scene, force, bands.iloc[row], outcrop, _part(seen, active == row))
+        _fill(table, scene, force, bands.iloc[row], outcrop, (seen, active == row))
     began = dict(zip(bands["band"].astype(int).tolist(), bands["u_start_mm"].tolist(), strict=True))
     table["slip_mm"] = _slip(table, began | dict(origins_mm or {}))
     return table[list(MOBILISED_COLUMNS)]
@@ -80,24 +81,17 @@ def _active(u_mm: Floats, bands: pd.DataFrame) -> NDArray[np.int64]:
     return active
 
 
-def _part(seen: SeenSurface, wanted: NDArray[np.bool_]) -> tuple[NDArray[np.int64], SeenSurface, float]:
-    """Some of the photographs: their places, what they show, and the std of the level in all of them."""
-    rows = np.flatnonzero(wanted)
-    part = SeenSurface(seen.frames[rows], seen.u_mm[rows], tuple(seen.lines[k] for k in rows))
-    return rows, part, seen.std_mm
-
-
 def _fill(
     table: pd.DataFrame,
     scene: Scene,
     force: Curve,
     band: pd.Series,
     outcrop: Outcrop,
-    seen: tuple[NDArray[np.int64], SeenSurface, float],
+    seen: tuple[SeenSurface, NDArray[np.bool_]],
 ) -> None:
     """Write what is known of the frames in which a band is active."""
     soil = scene.soil
-    rows, part, surface_std = seen
+    rows, part = np.flatnonzero(seen[1]), seen[0].part(seen[1])
     if soil is None or not rows.size:
         return
     table.loc[rows, "band"] = float(band["band"])
@@ -110,7 +104,7 @@ def _fill(
     F, _ = force.at(u)
     noise = np.interp(u, force.u_mm, force.noise_std_N)
     weight, beta, wall = weight_of(scene, soil, track), track.beta_deg, soil.wall_friction_deg
-    stds = input_stds(scene, soil, force, surface_std, float(band["outcrop_std_mm"]))
+    stds = input_stds(scene, soil, force, seen[0], float(band["outcrop_std_mm"]))
     phi = mobilised_friction(F / soil.horizontal_share, weight, beta, wall)
     std = respond(scene, soil, stds, track, (F, noise)).std
     table.loc[known, "beta_deg"], table.loc[known, "weight_N"] = beta, weight

@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.inversion import slopes
+from ploughval.compare.mobilised.surface import SeenSurface
 from ploughval.compare.mobilised.track import BlockTrack
 from ploughval.scene import Scene, Soil
 
@@ -40,7 +41,7 @@ class InputStds:
 
 
 def input_stds(
-    scene: Scene, soil: Soil, force: Curve, surface_std_mm: float, outcrop_std_mm: float
+    scene: Scene, soil: Soil, force: Curve, surface: SeenSurface, outcrop_std_mm: float
 ) -> InputStds:
     """Standard uncertainties from a scene, a force record and what was measured.
 
@@ -50,8 +51,10 @@ def input_stds(
         With their stated uncertainties.
     force : Curve
         Its shared part is divided into what is there at any force and what grows with it.
-    surface_std_mm, outcrop_std_mm : float, mm
-        Of the level of the surface and of the outcrop; NaN: not stated, taken as 0.
+    surface : SeenSurface
+        Tells how well its level and the scale are known.
+    outcrop_std_mm : float, mm
+        Of the outcrop. What is NaN, not stated, is taken as 0.
 
     Returns
     -------
@@ -59,16 +62,18 @@ def input_stds(
     """
     zero, gain = _divided(force)
     camera = scene.camera
-    scale = 0.0 if camera is None or not camera.mm_per_px else camera.mm_per_px_std / camera.mm_per_px
+    scale = surface.scale_std
+    if not np.isfinite(scale) and camera is not None and camera.mm_per_px:
+        scale = camera.mm_per_px_std / camera.mm_per_px
     return InputStds(
         force_zero_N=zero,
         force_gain=gain,
         unit_weight=soil.unit_weight_std_kN_m3 / soil.unit_weight_kN_m3,
         depth_mm=scene.blade.depth_std_mm,
-        surface_mm=float(np.nan_to_num(surface_std_mm)),
+        surface_mm=float(np.nan_to_num(surface.std_mm)),
         outcrop_mm=float(np.nan_to_num(outcrop_std_mm)),
         wall_friction_deg=soil.wall_friction_std_deg,
-        scale=scale,
+        scale=float(np.nan_to_num(scale)),
     )
 
 

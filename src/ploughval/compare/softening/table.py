@@ -11,8 +11,8 @@ from ploughval.compare.mobilised.curve import (
     BandCurve,
     band_curve,
     curve_table,
-    seen_surface,
 )
+from ploughval.compare.mobilised.surface import seen_surface
 from ploughval.compare.softening.fit import Softening, fit_softening
 from ploughval.compare.softening.interval import Interval
 from ploughval.scene import Scene
