@@ -9,6 +9,7 @@ import pytest
 from ploughval.compare.force.curve import measured_curve, model_curve
 from ploughval.compare.force.initial import find_initial
 from ploughval.compare.force.peaks import find_extremes, least_prominence
+from ploughval.compare.force.reading import read_force
 
 DEPTH = 30.0
 GRID = np.linspace(0.005, 60, 12_000)
@@ -120,3 +121,17 @@ def test_the_material_point_runs_first_peak_is_found_in_its_ripple():
     assert found.u_mm == pytest.approx(0.35, abs=0.05)
     assert found.force_N / half == pytest.approx(7.39, abs=0.1)
     assert extremes["u_mm"][extremes["kind"] == "peak"].tolist()[1:] == pytest.approx([25.5], abs=0.1)
+
+
+@pytest.mark.parametrize("share", [0.97, 0.995, 1.0, 1.005, 1.03])
+def test_noise_does_not_decide_whether_the_initial_peak_counts(share):
+    """A first fall about as large as the least prominence of a peak: it counts in every record."""
+    fall = 10.0 * 0.1 * share
+    force = np.interp(GRID, [0, 1, 38, 39, 70], [10, 10 - fall, 18, 8, 14])
+    for seed in range(5):
+        curve = measured_curve(record(GRID, force, seed=seed), DEPTH)
+        found = read_force(curve, 1.0, DEPTH, weak_N=0.22)
+        assert found.initial.row == 0
+        assert found.initial.force_N == pytest.approx(10.0, abs=4 * found.initial.force_std_N)
+        assert found.peaks["u_mm"].tolist() == pytest.approx([0.0, 38.0], abs=0.1)
+        assert len(found.first_trough) == 1

@@ -1,6 +1,7 @@
 """A force history as a curve over blade travel, with its noise and its systematic uncertainty apart."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,22 @@ Floats = NDArray[np.float64]
 _STEPS_PER_DEPTH = 300  # the measured force is averaged over at most depth / 300 of travel
 _NOISE_SHARE = 0.003  # ... and over no more rows than bring the noise to this share of the median force
 _ONSET_DEPTHS = 0.02
+
+
+class Shared(NamedTuple):
+    """What all points of a curve have in common: an offset (N, standard) and a relative gain (standard).
+
+    ``covariance_N`` is that of the two: friction is read by the same cells and taken off, so that a gain
+    too high takes off too much.
+    """
+
+    offset_N: float
+    gain: float
+    covariance_N: float = 0.0
+
+    def variance(self, force_N: float) -> float:
+        """Of a force that holds both, N^2."""
+        return self.offset_N**2 + 2 * self.covariance_N * force_N + (self.gain * force_N) ** 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +51,25 @@ class Curve:
     def end_mm(self) -> float:
         """Travel at the end of the curve, mm."""
         return float(self.u_mm[-1])
+
+    @property
+    def shared(self) -> Shared:
+        """What all points share, split into offset and gain by how its variance grows with the force.
+
+        Zeros and friction displace every force by the same amount, sensitivities stretch all of them: the
+        variance of the sum is a square in the force (eq. 4 of docs/theory-comparison.md), fitted here.
+        """
+        x, y = self.force_N, self.shared_std_N**2
+        level, total = float(np.sqrt(np.mean(x**2))), float(y.mean())
+        if self.step_mm == 0 or np.ptp(x) <= 1e-9 * level:
+            return Shared(float(np.sqrt(total)), 0.0)
+        square, slope, start = (float(v) for v in np.polyfit(x / level, y, 2))
+        if min(square, start) > 0 and slope**2 <= 4.01 * square * start:
+            return Shared(float(np.sqrt(start)), float(np.sqrt(square)) / level, slope / (2 * level))
+        basis = (x / level) ** 2
+        spread = basis - basis.mean()
+        rise = min(max(float(spread @ y) / float(spread @ spread), 0.0), total)
+        return Shared(float(np.sqrt(total - rise)), float(np.sqrt(rise)) / level)
 
     def until(self, limit_mm: float) -> "Curve":
         """The curve up to a travel, with an interpolated point there."""

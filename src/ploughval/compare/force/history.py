@@ -12,7 +12,6 @@ from ploughval.compare.force.alignment import aligned_u, log_stretch
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.force.pairs import Pairs
 from ploughval.compare.force.reading import Reading
-from ploughval.compare.force.scalars import shared_parts
 from ploughval.compare.validation import NAN, Metric, distance
 
 Floats = NDArray[np.float64]
@@ -111,8 +110,8 @@ def _shape(histories: Histories, measured: Reading, model: Reading, drawn: Seque
     if not (own > 0 and theirs > 0):
         return []
     ratio, predicted = histories.measured / own, histories.model / theirs
-    shared = shared_parts(measured.curve)
-    fresh = measured.initial.force_std_N**2 - shared.offset_N**2 - (shared.gain * own) ** 2
+    shared = measured.curve.shared
+    fresh = measured.initial.force_std_N**2 - shared.variance(own)
     noise = float(np.median(measured.curve.noise_std_N))
     variance = noise**2 + ratio**2 * max(fresh, 0.0) + (shared.offset_N * (1 - ratio)) ** 2
     scales = np.array([one.initial.force_N for one in drawn])

@@ -11,7 +11,7 @@ from ploughval.compare.force.curve import Curve, model_curve
 from ploughval.compare.force.envelope import envelope_table
 from ploughval.compare.force.history import common_histories, history_metrics
 from ploughval.compare.force.pairs import match_switches, pair_metrics, pair_table
-from ploughval.compare.force.peaks import Quantity, least_prominence
+from ploughval.compare.force.peaks import Quantity, least_prominence, weak_prominence
 from ploughval.compare.force.reading import Reading, read_force
 from ploughval.compare.force.scalars import force_quantities
 from ploughval.compare.validation import Metric
@@ -59,10 +59,12 @@ def compare_force(case: Case, measured_curve: Curve) -> ForceComparison:
     history, depth = case.history, case.depth_mm
     P0 = float(history.P0_N * history.horizontal_share)
     limit = min(measured_curve.end_mm, float(history.force["u_mm"].iloc[-1]))
-    prominence = least_prominence(measured_curve.until(limit), P0, case.scene.compare.prominence)
+    common = measured_curve.until(limit)
+    prominence = least_prominence(common, P0, case.scene.compare.prominence)
+    weak = weak_prominence(common, P0)
 
     def read(curve: Curve) -> Reading:
-        return read_force(curve.until(limit), prominence, depth)
+        return read_force(curve.until(limit), prominence, depth, weak_N=weak)
 
     def of_model(one: "History") -> Reading:
         return read(model_curve(one.force, one.force_std_N, one.horizontal_share))

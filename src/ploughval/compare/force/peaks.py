@@ -17,6 +17,7 @@ PEAK_COLUMNS = (
     "drop_N", "drop_std_N", "spacing_mm", "spacing_std_mm",
 )  # fmt: skip
 _PROMINENCE_P0 = 0.1
+_WEAK_P0 = 0.02
 _PROMINENCE_NOISE = 6.0
 _PROMINENCE_RIPPLE = 2.5
 _RIPPLES = 30  # local peaks from which on most of them are no bands'
@@ -29,23 +30,42 @@ class Quantity(NamedTuple):
     std: float
 
 
+class Weak(NamedTuple):
+    """A stretch of travel, from the start, in which a lesser prominence (N) makes a peak."""
+
+    before_mm: float
+    prominence_N: float
+
+
 MISSING = Quantity(float("nan"), float("nan"))
 
 
 def least_prominence(curve: Curve, P0_N: float, setting_P0: float | None) -> float:
-    """Prominence (N) that a peak needs to be one.
+    """Prominence (N) that a peak needs to be one: the setting or a tenth of P0, and more than the ripple."""
+    return max((setting_P0 if setting_P0 is not None else _PROMINENCE_P0) * P0_N, ripple_prominence(curve))
 
-    The setting or a tenth of P0, at least 6 times the noise, and at least 2.5 times the ripple of stick
-    and slip: what 80 % of all the local peaks of the curve stay below, where there are enough of them.
+
+def weak_prominence(curve: Curve, P0_N: float) -> float:
+    """Prominence (N) that the initial peak needs: a fiftieth of P0, and more than the ripple."""
+    return max(_WEAK_P0 * P0_N, ripple_prominence(curve))
+
+
+def ripple_prominence(curve: Curve) -> float:
+    """Prominence (N) that neither noise nor ripple reaches.
+
+    6 times the noise, and 2.5 times the ripple of stick and slip: what 80 % of all the local peaks of the
+    curve stay below, where there are enough of them.
     """
     floor = _PROMINENCE_NOISE * float(np.median(curve.noise_std_N))
     ripples = find_peaks(curve.force_N, prominence=0.0)[1]["prominences"]
     if ripples.size >= _RIPPLES:
         floor = max(floor, _PROMINENCE_RIPPLE * float(np.percentile(ripples, 80)))
-    return max((setting_P0 if setting_P0 is not None else _PROMINENCE_P0) * P0_N, floor)
+    return floor
 
 
-def find_extremes(curve: Curve, prominence_N: float, *, rebound_mm: float = 0.0) -> pd.DataFrame:
+def find_extremes(
+    curve: Curve, prominence_N: float, *, rebound_mm: float = 0.0, weak: Weak | None = None
+) -> pd.DataFrame:
     """Peaks of a prominence, and the lowest point after each.
 
     Parameters
@@ -57,25 +77,35 @@ def find_extremes(curve: Curve, prominence_N: float, *, rebound_mm: float = 0.0)
     rebound_mm : float
         A lower peak within this travel after another one, from which the force falls further than before, is
         a rebound in the fall and no peak of its own, mm.
+    weak : Weak or None
+        Where one peak of less prominence is let in: the most prominent there.
 
     Returns
     -------
     DataFrame
-        PEAK_COLUMNS, in order of travel. ``drop_N`` is the fall from a peak to its trough (what both share
-        cancels in its uncertainty), ``spacing_mm`` the travel to the next extreme of the same kind (NaN for
-        the last). A trough at the very end of the curve is not one: the force may fall further.
+        PEAK_COLUMNS, in order of travel. ``drop_N`` is the fall from a peak to its trough (an offset that
+        both share cancels in its uncertainty, a gain does not), ``spacing_mm`` the travel to the next extreme
+        of the same kind (NaN for the last). A trough at the very end of the curve is not one: the force may
+        fall further.
     """
     force = curve.force_N
-    found, properties = find_peaks(np.concatenate([[0.0], force]), prominence=prominence_N)
-    tops = found - 1
-    kept = _without_rebounds(curve, tops, rebound_mm)
-    tops, prominences = tops[kept], properties["prominences"][kept]
+    least = prominence_N if weak is None else min(prominence_N, weak.prominence_N)
+    found, properties = find_peaks(np.concatenate([[0.0], force]), prominence=least)
+    tops, prominences = found - 1, properties["prominences"]
+    kept = prominences >= prominence_N
+    if weak is not None:
+        early = np.flatnonzero(~kept & (curve.u_mm[tops] < weak.before_mm))
+        kept[early[np.argmax(prominences[early])] if early.size else []] = True
+    tops, prominences = tops[kept], prominences[kept]
+    own = _without_rebounds(curve, tops, rebound_mm)
+    tops, prominences = tops[own], prominences[own]
     lows = _lows(force, tops)
     inner = lows < force.size - 1
     both = np.concatenate([tops, lows])
     peaks, troughs = _Extremes.of(curve, tops, both, 1), _Extremes.of(curve, lows, both, -1)
     drop = peaks.force_N - troughs.force_N
-    drop_std = np.hypot(peaks.fresh_std_N, troughs.fresh_std_N)
+    gain = curve.shared.gain if curve.step_mm > 0 else 0.0
+    drop_std = np.sqrt(peaks.fresh_std_N**2 + troughs.fresh_std_N**2 + (gain * drop) ** 2)
     troughs = _Extremes._make(values[inner] for values in troughs)
     unknown = np.full((3, int(inner.sum())), np.nan)
     columns = [
@@ -152,7 +182,9 @@ def _extreme(
         corner = find_corner(curve, near, first, last)
         if corner is not None:
             std = float(np.hypot(corner.force_std_N, curve.shared_std_N[k]))
-            return corner.u_mm, corner.u_std_mm, corner.force_N, std
+            # Between the rows of a log nobody saw the force: a step is no less than two of them.
+            u_std = max(corner.u_std_mm, curve.step_mm / float(np.sqrt(12.0)))
+            return corner.u_mm, u_std, corner.force_N, std
         return round_extreme(curve, near, k, (first, last))
     return float(curve.u_mm[k]), 0.0, float(curve.force_N[k]), float(curve.std_N[k])
 

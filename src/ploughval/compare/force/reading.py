@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from ploughval.compare.force.curve import Curve
-from ploughval.compare.force.initial import Initial, find_initial
-from ploughval.compare.force.peaks import find_extremes
+from ploughval.compare.force.initial import LATEST_DEPTHS, Initial, find_initial
+from ploughval.compare.force.peaks import Weak, find_extremes
 
 REBOUND_DEPTHS = 0.1  # a lower peak so soon after another is part of its fall
 
@@ -47,8 +47,12 @@ class Reading:
         return lows.iloc[: 1 if self.initial.row >= 0 else 0]
 
 
-def read_force(curve: Curve, prominence_N: float, depth_mm: float) -> Reading:
+def read_force(curve: Curve, prominence_N: float, depth_mm: float, *, weak_N: float | None = None) -> Reading:
     """Find peaks, troughs and the initial force of a history.
+
+    Whether the force falls much or little after its initial peak depends on the sand. Where no peak of full
+    prominence is initial, the most prominent lesser one before the first switch is let in, so that noise
+    does not decide whether the initial peak counts.
 
     Parameters
     ----------
@@ -58,6 +62,15 @@ def read_force(curve: Curve, prominence_N: float, depth_mm: float) -> Reading:
         Least prominence of a peak, N.
     depth_mm : float
         Depth of the tip.
+    weak_N : float or None
+        Least prominence of the initial peak, N; None: that of the others.
     """
-    extremes = find_extremes(curve, prominence_N, rebound_mm=REBOUND_DEPTHS * depth_mm)
-    return Reading(curve, extremes, find_initial(curve, extremes, depth_mm))
+    rebound = REBOUND_DEPTHS * depth_mm
+    extremes = find_extremes(curve, prominence_N, rebound_mm=rebound)
+    initial = find_initial(curve, extremes, depth_mm)
+    if initial.row < 0 and weak_N is not None:
+        switches = extremes["u_mm"][extremes["kind"] == "peak"]
+        before = min(LATEST_DEPTHS * depth_mm, float(switches.min()) if len(switches) else float("inf"))
+        extremes = find_extremes(curve, prominence_N, rebound_mm=rebound, weak=Weak(before, weak_N))
+        initial = find_initial(curve, extremes, depth_mm)
+    return Reading(curve, extremes, initial)

@@ -1,26 +1,18 @@
 """Scalars of a force history: levels, peaks, places and spacing, in N and mm and in units of P0 and d."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ploughval.compare.force.curve import Curve
+from ploughval.compare.force.curve import Curve, Shared
 from ploughval.compare.force.initial import Initial
 from ploughval.compare.force.peaks import MISSING, Quantity
 from ploughval.compare.force.period import dominant_period
 from ploughval.compare.force.reading import Reading
 
 Floats = NDArray[np.float64]
-
-
-class Shared(NamedTuple):
-    """What all points of a curve have in common: an offset (N, standard) and a relative gain (standard)."""
-
-    offset_N: float
-    gain: float
 
 
 def force_quantities(
@@ -46,7 +38,7 @@ def force_quantities(
     peaks, switches, trough = reading.peaks, reading.switches, reading.first_trough
     whole = limit_mm is None or curve.end_mm >= limit_mm * (1 - 1e-6)
     mean = _mean(curve) if whole else MISSING
-    shared = shared_parts(curve)
+    shared = curve.shared
 
     def in_P0(force: Quantity) -> Quantity:
         return over_initial(force, initial, shared)
@@ -83,21 +75,6 @@ def mean_spacing(peaks: pd.DataFrame) -> Quantity:
     return Quantity(float(u[-1] - u[0]) / gaps, float(np.hypot(std[0], std[-1])) / gaps)
 
 
-def shared_parts(curve: Curve) -> Shared:
-    """Split what all points share into an offset and a gain: shared^2 = offset^2 + (gain F)^2, least squares.
-
-    Zeros and friction displace every force by the same amount, sensitivities stretch all of them.
-    """
-    x, y = curve.force_N**2, curve.shared_std_N**2
-    level, total = float(x.mean()), float(y.mean())
-    spread = x - level
-    scatter = float(spread @ spread)
-    if scatter <= 0 or level <= 0:
-        return Shared(float(np.sqrt(total)), 0.0)
-    slope = min(max(float(spread @ y) / scatter, 0.0), total / level)
-    return Shared(float(np.sqrt(max(total - slope * level, 0.0))), float(np.sqrt(slope)))
-
-
 def over_initial(force: Quantity, initial: Initial, shared: Shared, *, offsets: float = 1.0) -> Quantity:
     """A force over the initial force of the same record.
 
@@ -107,7 +84,7 @@ def over_initial(force: Quantity, initial: Initial, shared: Shared, *, offsets: 
     Parameters
     ----------
     force : Quantity
-        N; with all of its uncertainty if it holds an offset, with the fresh part only if it holds none.
+        N, with all of its uncertainty.
     initial : Initial
         The initial force.
     shared : Shared
@@ -119,11 +96,9 @@ def over_initial(force: Quantity, initial: Initial, shared: Shared, *, offsets: 
         return MISSING
     ratio = force.value / initial.force_N
 
-    def fresh(value: float, std: float) -> float:
-        return max(std**2 - shared.offset_N**2 - (shared.gain * value) ** 2, 0.0)
-
-    own = fresh(force.value, force.std) if offsets else force.std**2
-    own += ratio**2 * fresh(initial.force_N, initial.force_std_N)
+    common = shared.variance(force.value) if offsets else (shared.gain * force.value) ** 2
+    own = max(force.std**2 - common, 0.0)
+    own += ratio**2 * max(initial.force_std_N**2 - shared.variance(initial.force_N), 0.0)
     std = np.sqrt(own + (shared.offset_N * (offsets - ratio)) ** 2) / initial.force_N
     return Quantity(ratio, float(std))
 
