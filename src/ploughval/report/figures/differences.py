@@ -14,13 +14,14 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
-from ploughval.report.figures.style import INK, ON_PHOTO_HALO, new_figure, styled
+from ploughval.report.figures.style import ON_PHOTO_HALO, new_figure, styled
 
 Floats = NDArray[np.float64]
 # From far below over just below to just above and far above: blue and brown, told apart without green or
 # red, darker the further off, so that a print without colour still shows how far.
 STEPS = ("#08306b", "#1764ab", "#4a97c9", "#7fb8dc", "#efa35c", "#dd6f1e", "#b04708", "#742a04")
 NEUTRAL = "#6f757c"
+ON_COLOUR = "#101214"  # what is drawn over a photograph or over colours, alike on pale and on dark pages
 _ALONE, _NEUTRAL = -2, -1  # classes of line beside the steps: nothing to compare with; within 2 u
 _WIDTH = 2.4
 
@@ -59,12 +60,14 @@ def draw_differences(axes: Axes, differences: Differences, *, on_photo: bool) ->
             runs[kind].append(points)
     for kind, pieces in sorted(runs.items()):
         width = 1.0 if kind == _ALONE else _WIDTH
-        halo = [Stroke(linewidth=width + 1.6, foreground=ON_PHOTO_HALO, alpha=0.85), Normal()]
+        # A pale rim parts dark colours from a photograph, and from the dark ground of a dark page.
+        rim = 1.6 if on_photo else 1.0
+        halo = [Stroke(linewidth=width + rim, foreground=ON_PHOTO_HALO, alpha=0.85), Normal()]
         colour = NEUTRAL if kind < 0 else STEPS[kind]
         axes.add_collection(
             LineCollection(
                 pieces, colors=colour, linewidths=width, capstyle="butt", zorder=4.5 if kind < 0 else 5,
-                path_effects=halo if on_photo else None,
+                path_effects=halo,
             ),
             autolim=False,
         )  # fmt: skip
@@ -127,7 +130,8 @@ def distance_map_figure(table: pd.DataFrame) -> Figure:
         _edges(grid.columns.to_numpy(float)), np.arange(len(rows) + 1) - 0.5, grid.to_numpy(float),
         cmap="cividis_r", vmin=0.0, rasterized=True,
     )  # fmt: skip
-    axes.plot(off["u_mm"], [rows[height] for height in off["layer"]], "x", color=INK, ms=4, mew=1, zorder=4,
+    axes.plot(
+        off["u_mm"], [rows[height] for height in off["layer"]], "x", color=ON_COLOUR, ms=4, mew=1, zorder=4,
         path_effects=[Stroke(linewidth=2.6, foreground=ON_PHOTO_HALO, alpha=0.8), Normal()],
     )  # fmt: skip
     axes.set_yticks(list(rows.values()), [f"{height:g}" for height in rows])

@@ -10,7 +10,13 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
-from ploughval.report.figures.differences import Differences, coarsened, difference_bar, draw_differences
+from ploughval.report.figures.differences import (
+    ON_COLOUR,
+    Differences,
+    coarsened,
+    difference_bar,
+    draw_differences,
+)
 from ploughval.report.figures.style import (
     INK,
     MEASURED,
@@ -29,7 +35,6 @@ from ploughval.report.figures.style import (
 Extent = tuple[float, float, float, float]
 Points = NDArray[np.float64]
 _BAND_DASH = (0, (6, 1.5, 1, 1.5))
-_OVER_COLOURS = "#101214"  # predicted lines over a photograph where colour tells distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +102,8 @@ def layers_figure(
             axes, side, title, predicted if measured_side else None, differences if measured_side else None
         )
         draw_blade(axes, u_mm, extent, thickness_mm, outline=side.picture is not None)
-        ink = MODEL if not measured_side else MEASURED if differences is None else _OVER_COLOURS
+        plain = INK if side.picture is None else ON_COLOUR
+        ink = MODEL if not measured_side else MEASURED if differences is None else plain
         for outcrop in () if side.outcrops_mm is None else side.outcrops_mm:
             _band(axes, outcrop, u_mm, ink, side.picture is not None)
         axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
@@ -131,7 +137,7 @@ def _panel(axes: Axes, side: Side, title: str, other: Side | None, differences: 
     if differences is not None:
         draw_differences(axes, differences, on_photo=on_photo)
     if other is not None and other.layers is not None:
-        plain = (ON_PHOTO_MODEL, MODEL) if differences is None else (_OVER_COLOURS, INK)
+        plain = (ON_PHOTO_MODEL, MODEL) if differences is None else (ON_COLOUR, INK)
         _lines(axes, other.layers, plain[0 if on_photo else 1], 1.0, "--", halo=on_photo)
     if side.layers is not None and differences is None:
         _lines(axes, side.layers, over if on_photo else colour, 1.6, "-", halo=on_photo)
