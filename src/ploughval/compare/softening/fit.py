@@ -15,10 +15,13 @@ from ploughval.compare.softening.rows import FittedRows, rows_of
 Floats = NDArray[np.float64]
 CLEAR = 9.0  # of chi-square beyond the best: worse fits tell nothing
 _PLACES = 25  # starts that are tried
-_LENGTHS = 28  # mobilization lengths that are tried, up to
+_LENGTHS = 28  # mobilization lengths of the cover, up to
 _BEYOND = 3.0  # times the most slip
-_CLOSER, _PARTS = 3, 7
-_COARSE_DEG = 0.5  # floor of the noise at first, when starts and lengths are found from a cover of them
+_CLOSER, _PARTS = 3, 5  # times that a range of lengths is narrowed, by so many tried
+_STEP, _STRIDE = 2e-3, 1.6  # first step away from the best length, relative, and by what the next is longer
+_DENSE = 24  # lengths between those that fit
+# starts and lengths are found from a cover of them: with a floor of the noise, which is too coarse for less
+_COARSE = Noise(shared=0.0, floor_deg=0.5)
 _DRIFTS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 _ENDLESS = 1e9  # a mobilization length without softening, mm
 
@@ -81,21 +84,20 @@ def fit_softening(curves: Sequence[BandCurve], depth_mm: float) -> Softening | N
     if not rows:
         return None
     lengths = _lengths(rows)
-    noise = Noise(shared=0.0, floor_deg=_COARSE_DEG)
-    origins = np.array([_origin(band, noise, lengths) for band in rows])
-    found = _closer(Problem(rows, noise), _profile(Problem(rows, noise), lengths, origins))
+    origins = np.array([_origin(band, lengths) for band in rows])
+    coarse = Problem(rows, _COARSE)
+    found = _closer(coarse, [(length, coarse.solve(length, origins)) for length in lengths.tolist()])
     found = _closer(Problem(rows, Noise()), found)
     length, least = min(found, key=lambda pair: pair[1].chi2)
     noise = _noise(rows, length, least.origins)
     problem = Problem(rows, noise)
-    found = _refined(problem, np.sort(np.append(lengths, length)), least.origins)
+    found = _around(problem, length, least.origins, (float(lengths[0]), float(lengths[-1])))
     length, least = min(found, key=lambda pair: pair[1].chi2)
     levels = [(x, problem.levels(x, one)) for x, one in found if one.chi2 <= least.chi2 + CLEAR]
     slips = [
         band.curve.slip_at(o, band.curve.u_mm) for band, o in zip(rows, least.origins.tolist(), strict=True)
     ]
-    curved = Problem(rows, noise, Law.EXPONENTIAL)
-    other = min(one.chi2 for _, one in _profile(curved, lengths, least.origins))
+    other = _exponential(rows, noise, lengths, least.origins)
     level = problem.solve(_ENDLESS, least.origins)
     steady = problem.levels(_ENDLESS, level)
     origin_std = np.hypot(np.sqrt(np.diag(least.cov))[3::2], problem.resolution)
@@ -140,9 +142,9 @@ def _lengths(rows: Sequence[FittedRows]) -> Floats:
     return np.geomspace(least, _BEYOND * most, _LENGTHS)
 
 
-def _origin(band: FittedRows, noise: Noise, lengths: Floats) -> float:
+def _origin(band: FittedRows, lengths: Floats) -> float:
     """Where the slip of one band begins, from a cover of starts and lengths, mm."""
-    alone = Problem([band], noise)
+    alone = Problem([band], _COARSE)
     tried = [
         (alone.solve(length, np.array([place])).chi2, place)
         for place in np.linspace(band.low, band.high, _PLACES).tolist()
@@ -165,18 +167,33 @@ def _closer(problem: Problem, found: list[tuple[float, Solved]]) -> list[tuple[f
     return found
 
 
-def _refined(problem: Problem, lengths: Floats, origins: Floats) -> list[tuple[float, Solved]]:
-    """The profile, denser where the fit is nearly as good as the best."""
-    found = _profile(problem, lengths, origins)
-    for _ in range(2):
-        chi2 = np.array([one.chi2 for _, one in found])
-        good = np.flatnonzero(chi2 <= chi2.min() + CLEAR)
-        first, last = max(good[0] - 1, 0), min(good[-1] + 1, len(found) - 1)
-        start = found[int(np.argmin(chi2))][1].origins
-        dense = np.geomspace(found[first][0], found[last][0], _LENGTHS)
-        inner = _profile(problem, dense[1:-1], start)
-        found = sorted([*found[: first + 1], *inner, *found[last:]], key=lambda pair: pair[0])
-    return found
+def _around(
+    problem: Problem, length: float, origins: Floats, ends: tuple[float, float]
+) -> list[tuple[float, Solved]]:
+    """The profile about a length: out to where nothing fits or the range ends, then denser within."""
+    found = [(length, problem.best(length, origins))]
+    for end in ends:
+        step, at, start = _STEP * np.sign(end - length), length, found[0][1].origins
+        while at != end:
+            at = float(np.clip(at * np.exp(step), *ends))
+            found.append((at, problem.best(at, start)))
+            start, step = found[-1][1].origins, step * _STRIDE
+            if found[-1][1].chi2 > min(one.chi2 for _, one in found) + CLEAR:
+                break
+    found.sort(key=lambda pair: pair[0])
+    best = min(found, key=lambda pair: pair[1].chi2)[1]
+    good = [k for k, (_, one) in enumerate(found) if one.chi2 <= best.chi2 + CLEAR]
+    first, last = max(good[0] - 1, 0), min(good[-1] + 1, len(found) - 1)
+    inner = np.geomspace(found[first][0], found[last][0], _DENSE)[1:-1]
+    return sorted([*found, *_profile(problem, inner, best.origins)], key=lambda pair: pair[0])
+
+
+def _exponential(rows: Sequence[FittedRows], noise: Noise, lengths: Floats, origins: Floats) -> float:
+    """Chi-square of an exponential fall in place of the straight one."""
+    coarse = Problem(rows, _COARSE, Law.EXPONENTIAL)
+    found = [(length, coarse.solve(length, origins)) for length in lengths.tolist()]
+    found = _closer(Problem(rows, noise, Law.EXPONENTIAL), _closer(coarse, found))
+    return min(one.chi2 for _, one in found)
 
 
 def _angle(found: Sequence[tuple[float, Solved]], which: int) -> Interval:
