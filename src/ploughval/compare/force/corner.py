@@ -66,12 +66,12 @@ def find_corner(curve: Curve, near: tuple[int, int], first: int, last: int) -> C
     if turn == 0:
         return None
     shift = (ahead.level - before.level) / turn
-    if abs(origin + shift - u[places[best]]) > 1.5 * curve.step_mm:
-        return None
     noise = float(curve.noise_std_N[places[best]])
     ends = [2 * noise / np.sqrt(line.points) for line in (before, ahead)]  # of a line at its end
     force_std = float(np.hypot(ahead.slope * ends[0], before.slope * ends[1]) / abs(turn))
     u_std = float(max(np.hypot(*ends) / abs(turn), 0.1 * curve.step_mm))
+    if abs(origin + shift - u[places[best]]) > 1.5 * curve.step_mm + 2 * u_std:
+        return None
     return Corner(origin + float(shift), before.level + before.slope * float(shift), u_std, force_std)
 
 

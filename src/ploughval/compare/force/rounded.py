@@ -8,6 +8,7 @@ from ploughval.compare.force.curve import Curve
 Floats = NDArray[np.float64]
 _FLANK = 4  # points of a flank beyond those near the extreme, or as many as are near
 _LEAST = 5  # points of a parabola
+_SIGNIFICANT = 4.0
 
 
 def round_extreme(
@@ -35,11 +36,13 @@ def round_extreme(
     u_mm, u_std_mm, force_N, force_std_N : float
     """
     width = float(max(curve.step_mm, curve.u_mm[near[1]] - curve.u_mm[near[0]]))
-    u, u_std = float(curve.u_mm[k]), width / float(np.sqrt(12.0))
+    u, middle = float(curve.u_mm[k]), float(0.5 * (curve.u_mm[near[0]] + curve.u_mm[near[1]]))
+    u_std = float(np.hypot(width / np.sqrt(12.0), u - middle))  # anywhere among the points near
     force, noise = float(curve.force_N[k]), float(curve.noise_std_N[k])
     top = _parabola(curve, near)
     if top is not None:
         u, force, noise = top
+        u_std = width / float(np.sqrt(12.0))
     corner = _flanks_meet(curve, near, between)
     rounding, shift = 0.0, 0.0
     if corner is not None:
@@ -57,11 +60,15 @@ def _parabola(curve: Curve, near: tuple[int, int]) -> tuple[float, float, float]
     middle, half = 0.5 * (u[0] + u[-1]), 0.5 * (u[-1] - u[0])
     basis = np.vander((u - middle) / half, 3)
     (bend, slope, level), _, rank, _ = np.linalg.lstsq(basis, force, rcond=None)
-    if rank < 3 or bend == 0 or abs(slope) > 2 * abs(bend):
+    if rank < 3:
+        return None
+    spread = curve.noise_std_N[near[0]] ** 2 * np.linalg.inv(basis.T @ basis)
+    # Only a bend that noise does not make has a top: beside a corner the points lie on a straight flank.
+    if abs(bend) <= _SIGNIFICANT * np.sqrt(spread[0, 0]) or abs(slope) > 2 * abs(bend):
         return None
     at = -slope / (2 * bend)
     row = np.array([at * at, at, 1.0])
-    noise = float(curve.noise_std_N[near[0]] * np.sqrt(row @ np.linalg.inv(basis.T @ basis) @ row))
+    noise = float(np.sqrt(row @ spread @ row))
     return float(middle + half * at), float(level - slope**2 / (4 * bend)), noise
 
 
