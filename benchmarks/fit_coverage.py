@@ -1,6 +1,7 @@
 """How often the intervals of the fit hold the truth, over records whose errors are drawn as they are told."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pandas as pd
 
 from fit_records import Errors, made_record
 from ploughval.errors import PloughvalError
-from ploughval.model.fit import PARAMETERS, fit_soil
+from ploughval.model.fit import PARAMETERS, SoilFit, fit_soil
 
 CASES = {
     "model right": Errors(),
@@ -18,18 +19,25 @@ CASES = {
 SEED = 20140601
 
 
-def coverage(count: int, out: Path) -> pd.DataFrame:
-    """Fit ``count`` made records of each case; every fit stands in coverage-fits.csv, shares are returned."""
-    rows = []
-    for case, errors in CASES.items():
-        for k in range(count):
-            rows += _one(case, errors, k)
-            if k % 10 == 9:
-                print(f"{case}: {k + 1} of {count}", flush=True)
-        pd.DataFrame(rows).to_csv(out / "coverage-fits.csv", index=False, float_format="%.5g")
-    table = _shares(pd.DataFrame(rows))
-    table.to_csv(out / "coverage.csv", index=False, float_format="%.4g")
-    return table
+def coverage(count: int, out: Path, *, first: int = 0, cases: Sequence[int] | None = None) -> pd.DataFrame:
+    """Fit ``count`` made records of each case, from record ``first`` on.
+
+    Every fit stands in coverage-fits.csv; rows that are there already stay: a study can be made in parts.
+    """
+    path = out / "coverage-fits.csv"
+    done = pd.read_csv(path) if path.is_file() else pd.DataFrame(columns=["case", "record"])
+    rows: list[dict[str, object]] = []
+    names = list(CASES)
+    for case in names if cases is None else [names[k] for k in cases]:
+        have = set(done.loc[done["case"] == case, "record"])
+        for k in range(first, first + count):
+            if k not in have:
+                rows += _one(case, CASES[case], k)
+        print(f"{case}: {first + count} records", flush=True)
+        fresh = pd.DataFrame(rows)
+        table = pd.concat([done, fresh], ignore_index=True) if len(done) else fresh
+        table.to_csv(path, index=False, float_format="%.5g")
+    return pd.read_csv(path)
 
 
 def _one(case: str, errors: Errors, k: int) -> list[dict[str, object]]:
@@ -43,22 +51,26 @@ def _one(case: str, errors: Errors, k: int) -> list[dict[str, object]]:
         )  # fmt: skip
     except PloughvalError as error:
         return [{"case": case, "record": k, "parameter": name, "error": str(error)} for name in PARAMETERS]
-    seconds = time.process_time() - start
+    head = {"case": case, "record": k}
+    return rows_of(fit, made.truth, head | {"seconds": time.process_time() - start})
+
+
+def rows_of(fit: SoilFit, truth: dict[str, float], head: dict[str, object]) -> list[dict[str, object]]:
+    """A row for each parameter of a fit, beside the truth."""
     rows: list[dict[str, object]] = []
     for j, name in enumerate(fit.parameters):
-        true = made.truth[name]
-        row: dict[str, object] = {"case": case, "record": k, "parameter": name, "true": true}
-        row |= {"value": fit.values[j], "std": fit.std[j]}
+        true = truth[name]
+        row = {**head, "parameter": name, "true": true, "value": fit.values[j], "std": fit.std[j]}
         for level, limits in ((68, fit.interval_68[j]), (95, fit.interval_95[j])):
             row |= {f"low_{level}": limits[0], f"high_{level}": limits[1]}
             row[f"holds_{level}"] = bool(limits[0] <= true <= limits[1])
-        row |= {"seconds": seconds, "switches": len(fit.switches), "chi2": fit.chi2_reduced}
+        row |= {"switches": len(fit.switches), "chi2": fit.chi2_reduced}
         row |= {"inflation": fit.misfit.inflation, "message": fit.message}
         rows.append(row)
     return rows
 
 
-def _shares(fits: pd.DataFrame) -> pd.DataFrame:
+def shares(fits: pd.DataFrame) -> pd.DataFrame:
     """Share of intervals that hold the truth, with what is typical."""
     rows = []
     for (case, name), part in fits.groupby(["case", "parameter"], sort=False):

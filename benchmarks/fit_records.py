@@ -76,7 +76,8 @@ def made_record(rng: np.random.Generator, errors: Errors) -> Made:
     history = force_history(scene_of(truth, true_depth), displacement_mm=1.6 * travel, tolerance=FINE)
     u = np.linspace(0.0, travel, rows)
     starts = history.u_mm[np.flatnonzero(np.diff(history.band)) + 1]
-    force = np.interp(stretched(u, starts, rng, errors.travel), history.u_mm, history.force_N)
+    travelled = stretched(u, starts, truth["mobilization_length_mm"], rng, errors.travel)
+    force = np.interp(travelled, history.u_mm, history.force_N)
     force = force * (1.0 + errors.force * wave(u, 0.5 * depth, rng))
     noise = float(rng.uniform(*errors.noise) * force.mean())
     offset = errors.offset * force.mean()
@@ -90,13 +91,19 @@ def made_record(rng: np.random.Generator, errors: Errors) -> Made:
     )  # fmt: skip
 
 
-def stretched(u_mm: Floats, starts_mm: Floats, rng: np.random.Generator, std: float) -> Floats:
-    """Travel of the model at travel of the record, whose teeth are longer or shorter by a relative std."""
+def stretched(
+    u_mm: Floats, starts_mm: Floats, soft_mm: float, rng: np.random.Generator, std: float
+) -> Floats:
+    """Travel of the model at travel of the record, whose teeth are longer or shorter by a relative std.
+
+    The softening after a switch keeps its length: it is a property of the sand.
+    """
     model = np.concatenate([[0.0], starts_mm])
     lengths = np.diff(model) * (1.0 + std * rng.standard_normal(len(starts_mm)))
     record = np.concatenate([[0.0], np.cumsum(lengths)])
-    beyond = np.append(record, record[-1] + 1e3), np.append(model, model[-1] + 1e3)
-    return np.asarray(np.interp(u_mm, *beyond))
+    soft = np.append(np.minimum(soft_mm, 0.5 * np.minimum(np.diff(model), lengths)), soft_mm)
+    ends = np.column_stack([record, record + soft]).ravel(), np.column_stack([model, model + soft]).ravel()
+    return np.asarray(np.interp(u_mm, *(np.append(side, side[-1] + 1e3) for side in ends)))
 
 
 def wave(u_mm: Floats, spacing_mm: float, rng: np.random.Generator) -> Floats:

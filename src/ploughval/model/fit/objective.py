@@ -51,7 +51,7 @@ class Discrepancy:
     travel : float
         Of the length of a tooth.
     force : float
-        Of the force, changing over half a depth of travel.
+        Of the force: independent at peak, at trough and at every half depth of travel.
     """
 
     travel: float = 0.03
@@ -73,8 +73,8 @@ class Objective:
 
     The unknowns, in this order: soil variables of ``space``; offset and gain in their standard uncertainties,
     where there are any; start of the record in its standard uncertainties, where it is uncertain; the
-    discrepancy in force at every half depth of travel, in its standard deviations; one place in the record
-    for each of its switches, in mm.
+    discrepancy in force at ``knots_mm``, in its standard deviations; one place in the record for each of its
+    switches, in mm.
     """
 
     space: Space
@@ -231,9 +231,15 @@ class Objective:
 def objective_of(
     space: Space, record: Record, shared: SharedErrors, discrepancy: Discrepancy, tolerance: float
 ) -> Objective:
-    """The objective of a fit; the discrepancy in force is an unknown at every half depth of travel."""
-    knots = np.empty(0)
-    if discrepancy.force > 0.0:
-        count = 2 + int(record.end_mm / (KNOT_DEPTHS * space.scene.blade.depth_mm))
-        knots = np.linspace(0.0, record.end_mm, count)
+    """The objective of a fit; the discrepancy in force is an unknown at :func:`_knots`."""
+    knots = _knots(record, space.scene.blade.depth_mm) if discrepancy.force > 0.0 else np.empty(0)
     return Objective(space, record, shared, discrepancy, knots, tolerance)
+
+
+def _knots(record: Record, depth_mm: float) -> Floats:
+    """Peaks and troughs, whose ratio the model may miss too; between them every half depth of travel."""
+    spacing = KNOT_DEPTHS * depth_mm
+    even = np.linspace(0.0, record.end_mm, 2 + int(record.end_mm / spacing))
+    inner = record.turns_mm[(record.turns_mm > 0.0) & (record.turns_mm < record.end_mm)]
+    far = [k for k in even[1:-1] if not inner.size or np.abs(inner - k).min() > 0.25 * spacing]
+    return np.unique(np.concatenate([even[[0, -1]], far, inner]))

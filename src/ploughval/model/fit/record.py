@@ -26,6 +26,8 @@ class Record:
         Usable rows, in the order of travel.
     middles_mm : (K,) float
         Where the force has fallen half-way from the peak at a switch to the trough after it.
+    turns_mm : (T,) float
+        Peaks from which the force falls and the troughs after them, the first ones included.
     start_mm, start_std_mm : float
         Travel at which the model starts, and its standard uncertainty: above 0 where the force rises to its
         first peak, which the model does not describe.
@@ -39,6 +41,7 @@ class Record:
     force_N: Floats
     noise_std_N: Floats
     middles_mm: Floats
+    turns_mm: Floats
     start_mm: float
     start_std_mm: float
     threshold: float
@@ -98,6 +101,7 @@ def read_record(
     noise = float(np.median(std)) / np.sqrt(rows)
     threshold = max(LEAST_DROP, NOISES * noise / max(float(np.median(np.abs(force))), 1e-12))
     falls = _falls(smooth, threshold)
+    turns = np.array([u[k] for fall in falls for k in fall], float)
     first, start, spread = 0, 0.0, start_std_mm
     if falls and u[falls[0][0]] < START_DEPTHS * depth_mm:
         top = falls.pop(0)[0]
@@ -114,6 +118,7 @@ def read_record(
         force[rows_used],
         std[rows_used],
         np.array(middles, float),
+        turns,
         start,
         spread,
         threshold,
