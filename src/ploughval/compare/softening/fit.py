@@ -17,7 +17,7 @@ CLEAR = 9.0  # of chi-square beyond the best: worse fits tell nothing
 _PLACES = 25  # starts that are tried
 _LENGTHS = 28  # mobilization lengths of the cover, up to
 _BEYOND = 3.0  # times the most slip
-_CLOSER, _PARTS = 3, 5  # times that a range of lengths is narrowed, by so many tried
+_CLOSER, _PARTS = 3, 7  # times that a range of lengths is narrowed, by so many tried
 _STEP, _STRIDE = 2e-3, 1.6  # first step away from the best length, relative, and by what the next is longer
 _DENSE = 24  # lengths between those that fit
 # starts and lengths are found from a cover of them: with a floor of the noise, which is too coarse for less
@@ -86,7 +86,7 @@ def fit_softening(curves: Sequence[BandCurve], depth_mm: float) -> Softening | N
     lengths = _lengths(rows)
     origins = np.array([_origin(band, lengths) for band in rows])
     coarse = Problem(rows, _COARSE)
-    found = _closer(coarse, [(length, coarse.solve(length, origins)) for length in lengths.tolist()])
+    found = _closer(coarse, _profile(coarse, lengths[::2], origins))
     found = _closer(Problem(rows, Noise()), found)
     length, least = min(found, key=lambda pair: pair[1].chi2)
     noise = _noise(rows, length, least.origins)
@@ -126,6 +126,8 @@ def _noise(rows: Sequence[FittedRows], length: float, origins: Floats) -> Noise:
         problem = Problem(rows, Noise(factor))
         chi2 = problem.best(length, origins).chi2
         tried.append((chi2 + problem.spread, factor, chi2 / max(len(problem.target) - problem.count, 1)))
+        if tried[-1] > min(tried):
+            break  # a larger factor would be less likely still
     _, factor, share = min(tried)
     return Noise(factor, float(np.sqrt(max(share, 1.0))))
 
