@@ -174,10 +174,9 @@ def _envelope_words(found: SeveralFindings, group: str) -> str:
         return said + " Not every test has a switch: nothing was aligned."
     inside = history.aligned_std[history.aligned_std == history.aligned_std]
     aligned = float((inside**2).mean() ** 0.5) if inside.size else float("nan")
-    return said + (
-        f" Below: travel stretched so that the first {history.switches_d.shape[1]} switches coincide: "
-        f"{number(aligned, 2)}{of}."
-    )
+    common = history.switches_d.shape[1]
+    which = "first switch coincides" if common == 1 else f"first {common} switches coincide"
+    return f"{said} Below: travel stretched so that the {which}: {number(aligned, 2)}{of}."
 
 
 def _switches(found: SeveralFindings) -> list[Table]:
