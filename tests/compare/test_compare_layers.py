@@ -247,17 +247,18 @@ def test_lifted_layers_are_that_far_off_and_above():
     assert named["layers_rms_mm"].validation_std == pytest.approx(np.hypot(0.05, 0.03))
     assert named["layers_rms_mm"].agrees is True
     assert table["within"].eq(1.0).all()
-    # All points are off alike: they say it once a frame and layer, so the mean is no better known than they.
-    assert named["layers_mean_mm"].experiment_std == pytest.approx(0.05 / np.sqrt(2))
+    # All points are off alike: they say it once a frame and layer. Half of the variance is common to the two
+    # layers, the other half is not.
+    assert named["layers_mean_mm"].experiment_std == pytest.approx(0.05 * np.sqrt(0.5 + 0.5 / 2))
     assert named["layers_extra_mm"].error == named["layers_missing_mm"].error == 0.0
 
 
 def test_independent_noise_averages_out_and_stays_within_its_uncertainty():
     metrics, table = layer_metrics(case(), level(0.0, rng=np.random.default_rng(3), noise=0.2))
     mean = by_name(metrics)["layers_mean_mm"]
-    # Some 90 points a line: the mean is known about ten times better, and within that of nought.
-    assert mean.experiment_std < 0.2 / 5
-    assert abs(mean.error) < 3 * mean.experiment_std
+    # Some 90 points a line: only what they have in common is left, half of the variance.
+    assert mean.experiment_std == pytest.approx(0.2 * np.sqrt(0.5), rel=0.02)
+    assert abs(mean.error) < 0.2 / 10
     assert table is not None
     assert table["within"].mean() == pytest.approx(0.95, abs=0.02)
 
@@ -269,7 +270,9 @@ def test_inputs_and_calibration_are_parts_of_every_points_uncertainty():
     assert named["layers_rms_mm"].input_std == pytest.approx(0.3)
     assert named["layers_mean_mm"].input_std == pytest.approx(0.3)
     assert named["layers_mean_mm"].dominant_input == "peak_friction_deg"
-    assert named["layers_mean_mm"].experiment_std == pytest.approx(0.4, rel=0.02)
+    assert named["layers_mean_mm"].experiment_std == pytest.approx(
+        np.hypot(0.4, 0.05 * np.sqrt(0.75)), rel=0.01
+    )
     assert named["layers_rms_mm"].experiment_std == pytest.approx(np.hypot(0.05, 0.4))
     assert distances is not None
     np.testing.assert_allclose(distances["input_std_mm"], 0.3)

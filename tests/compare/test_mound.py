@@ -177,7 +177,7 @@ def test_noise_comes_from_the_stated_or_from_the_still_end():
     stated = table([0.5] * 5, std=0.2)
     rest, seen = rest_of(lines_of(stated), DEPTH)
     assert seen
-    assert reading_of(stated, rest, DEPTH).noise_mm == pytest.approx(0.2 * np.sqrt(2))
+    assert reading_of(stated, rest, DEPTH).noise_mm == pytest.approx(0.2 * 2)
     shaken = table([0.5] * 5, noise=0.3, rng=rng).drop(columns="std_mm")
     noise = reading_of(shaken, rest_of(lines_of(shaken), DEPTH)[0], DEPTH).noise_mm
     assert noise == pytest.approx(0.3 * np.sqrt(2), rel=0.2)
@@ -206,7 +206,7 @@ def test_inputs_and_calibration_are_parts_of_the_uncertainty():
     named = by_name(mound_metrics(case(drawn=(0.4, 0.6)), measured)[0])
     crest = named["surface_crest_end_mm"]
     assert crest.input_std == pytest.approx(0.1 * 50.0)
-    assert crest.experiment_std == pytest.approx(np.hypot(0.1 * np.sqrt(2), 0.002 * 25.0), rel=1e-3)
+    assert crest.experiment_std == pytest.approx(np.hypot(0.2 * np.sqrt(2), 0.002 * 25.0), rel=1e-3)
     area = named["surface_area_end_mm2"]
     assert area.experiment_std >= 2 * 0.002 * area.experiment
 

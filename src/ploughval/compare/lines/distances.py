@@ -18,6 +18,7 @@ DISTANCE_COLUMNS = (
     "face_points", "face_rms_mm", "reverse_p95_mm", "hausdorff95_mm", "extra_mm", "missing_mm",
 )  # fmt: skip
 FACE_DEPTHS = 0.25  # so far ahead of the face sand may be sheared along it
+COMMON = 0.5  # of a point's variance, that all points share: correlation errs alike in a rigid block
 _COVERAGE = 2.0
 _SEEN_SPACINGS = 1.5  # a place of the model's line is seen where a measured point falls so near to it
 
@@ -144,13 +145,18 @@ def distance_table(
         rows.append(
             (
                 line.key[0], line.u_mm, line.key[1], line.source, d.size, int((~met).sum()), count,
-                _mean(d), float(np.sqrt(own**2 / max(count, 1.0) + np.sum(np.square(shared)))), rms(d),
+                _mean(d), float(np.sqrt(mean_variance(own, count) + np.sum(np.square(shared)))), rms(d),
                 _percentile(d, 50), p95, own, shared[0], shared[1], rms(deviation),
                 _mean(within(d, deviation)), int(face.sum()), rms(d[face]), reverse,
                 float(np.fmax(p95, reverse)), one.extra_mm, one.missing_mm,
             )
         )  # fmt: skip
     return pd.DataFrame(rows, columns=list(DISTANCE_COLUMNS))
+
+
+def mean_variance(own_mm: float, count: float) -> float:
+    """Variance of the mean of so many independent points of one line, with what they have in common."""
+    return own_mm**2 * (COMMON + (1.0 - COMMON) / max(count, 1.0))
 
 
 def beside_face(one: LineDistance, depth_mm: float) -> NDArray[np.bool_]:

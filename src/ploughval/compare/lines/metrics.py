@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ploughval.compare.case import Case
 from ploughval.compare.ensemble import Spread
 from ploughval.compare.lines.distances import (
+    COMMON,
     FACE_DEPTHS,
     LineDistance,
     PointStds,
@@ -141,16 +142,18 @@ class _Pool:
         """Mean signed distance, model above measured; what is shared by all points does not average out."""
         table = self.table[self.table["points"] > 0]
         weight = table["points"].to_numpy(dtype=np.float64)
-        own = table["std_mm"].to_numpy(float) / np.sqrt(table["effective"].to_numpy(float))
+        std = table["std_mm"].to_numpy(dtype=np.float64)
+        own = np.sqrt(1.0 - COMMON) * std / np.sqrt(table["effective"].to_numpy(float))
         # The frames of a layer share its points' errors; the layers have errors of their own.
         parts = [float(np.sum((weight * own)[rows])) for rows in _rows_of(table["layer"])]
         fresh = float(np.linalg.norm(parts)) / weight.sum()
-        shared = float(np.average(table["calibration_std_mm"].to_numpy(float), weights=weight))
+        common = np.sqrt(COMMON) * float(np.average(std, weights=weight))
+        calibration = float(np.average(table["calibration_std_mm"].to_numpy(float), weights=weight))
         effective = float(table["effective"].sum())
         return distance(
             f"{name}_mean_mm",
             -float(np.average(table["mean_mm"].to_numpy(float), weights=weight)),
-            experiment_std=float(np.hypot(fresh, shared)),
+            experiment_std=float(np.linalg.norm([fresh, common, calibration])),
             numerical_std=self.numerical_mm,
             input_std=self.mean_spread.std,
             dominant_input=self.mean_spread.dominant,

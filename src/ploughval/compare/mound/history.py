@@ -20,6 +20,7 @@ _AT_REST_DEPTHS = 0.05  # a first surface seen later than this is not the initia
 _STILL_DEPTHS, _STILL_SHARE = 1.0, 0.02  # at its far end so much of a surface has not moved by so little
 _GAP_DEPTHS = 0.2  # over a wider gap a measured surface is not known
 _TO_STD = 1.4826  # of a median deviation
+_OF_STATED = 2.0  # measured against exact surfaces of made tests (theory-comparison-lines, section 3)
 _LEAST_POINTS = 8
 _LEAST_NOISE = 0.005
 _LEAST_STEP, _MOST_STEP = 0.005, 0.05  # depths
@@ -58,9 +59,10 @@ def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float) -> Reading:
     Returns
     -------
     Reading
-        The noise is that of a height above the initial surface: the stated one of both surfaces, or how the
-        far end of the surface, which has not moved, seems to move. Sand at rest in a still camera hides most
-        of it there, so without a stated one it is at least _LEAST_NOISE of the depth.
+        The noise is that of a height above the initial surface: the stated one of both surfaces and as much
+        for what straight pieces round at corners; or how the far end of the surface, which has not moved,
+        seems to move. Sand at rest in a still camera hides most of it there, so without a stated one it is
+        at least _LEAST_NOISE of the depth.
     """
     lines = [line for _, line in lines_of(surface).values() if len(line) > 1]
     step = float(np.median(np.concatenate([np.diff(line[:, 0]) for line in lines]))) if lines else 0.0
@@ -68,7 +70,7 @@ def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float) -> Reading:
     seeming = [_still_noise(line, rest, depth_mm) for line in lines]
     noise = float(np.nanmedian(seeming)) if np.isfinite(seeming).any() else 0.0
     stated = _median(surface, "std_mm")
-    noise = max(noise, np.sqrt(2.0) * stated if stated > 0 else _LEAST_NOISE * depth_mm)
+    noise = max(noise, _OF_STATED * stated if stated > 0 else _LEAST_NOISE * depth_mm)
     return Reading(depth_mm, step, noise, _SHARED_DEPTHS * depth_mm, _scale_std(surface, depth_mm))
 
 

@@ -14,6 +14,8 @@ _SCARP_DEPTHS, _SCARP_NOISE = 0.1, 6.0  # least height of a front whose slope is
 _FLATTER = 0.5  # of the steepest so far: where the front's slope ends
 _MIDDLE = (0.15, 0.85)  # of the front's height: between its rounded foot and shoulder
 _BEHIND_DEPTHS = 0.1  # a surface that begins further ahead of the face does not tell its height there
+_GREATEST = np.sqrt(2.0)
+_CORNER_DEPTHS = 0.01  # std of a front's place from how a measured surface rounds its foot
 _PAST_DEPTHS = 0.5  # the area is taken so far past the front
 
 
@@ -116,12 +118,13 @@ def mound_of(
         return Mound()
     crest, crest_x = _crest(x, height, reading)
     began = ahead[0, 0] - face_mm <= _BEHIND_DEPTHS * reading.depth_mm
-    face = _length(float(height[0]), reading.noise_mm, reading) if began else MISSING
+    # Half of the window is missing at the face: its mean is that much less certain.
+    face = _length(float(height[0]), np.sqrt(2.0) * reading.noise_mm, reading) if began else MISSING
     foot = int(np.flatnonzero(height > reading.threshold_mm)[-1])
     if foot >= len(x) - 2 or np.isnan(height[: foot + 2]).any():
         return Mound(crest, crest_x, face)
     slope = _front_slope(x, raw, height, foot, reading)
-    front = _front(x - face_mm, height, foot, reading)
+    front = _front(x - face_mm, height, reading)
     past = x <= x[foot] + _PAST_DEPTHS * reading.depth_mm
     area = float(np.trapezoid(np.nan_to_num(raw[past]), x[past])) if began else float("nan")
     own = reading.noise_mm * np.sqrt(reading.shared_mm * (x[past][-1] - face_mm))
@@ -156,15 +159,24 @@ def _crest(x: Floats, height: Floats, reading: Reading) -> tuple[Quantity, Quant
     level = x[height >= top - reading.threshold_mm]
     half = 0.5 * float(level[-1] - level[0])
     place = Quantity(float(level[0]) + half, float(np.hypot(half / np.sqrt(3.0), reading.step_mm)))
-    return _length(top, reading.noise_mm, reading), place
+    # The greatest of several heights is too high by about their std.
+    return _length(top, _GREATEST * reading.noise_mm, reading), place
 
 
-def _front(ahead: Floats, height: Floats, foot: int, reading: Reading) -> Quantity:
-    """Where the surface falls to the threshold; uncertain as its height there, over its slope."""
-    place = _last_above(ahead, height, reading.threshold_mm)
-    back = max(foot - max(int(reading.window_mm / reading.step_mm), 1), 0)
-    slope = (height[back] - height[foot + 1]) / (ahead[foot + 1] - ahead[back])
-    return _length(place, reading.noise_mm / max(float(slope), 0.03), reading)
+def _front(ahead: Floats, height: Floats, reading: Reading) -> Quantity:
+    """Where the surface falls to the threshold for the last time; its foot is rounded where it is seen."""
+    place, std = _crossing(ahead, height, reading.threshold_mm, reading)
+    return _length(place, float(np.hypot(std, _CORNER_DEPTHS * reading.depth_mm)), reading)
+
+
+def _crossing(x: Floats, height: Floats, level: float, reading: Reading) -> tuple[float, float]:
+    """Where a surface falls below a level for the last time, and how far a std of its height moves that.
+
+    A terrace that is about as high as the level makes the place as uncertain as the terrace is long.
+    """
+    wide = 2.0 * reading.noise_mm
+    places = [_last_above(x, height, one) for one in (level, level - wide, level + wide)]
+    return places[0], (places[1] - places[2]) / 4.0
 
 
 def _flank(x: Floats, height: Floats, crest_mm: float, reading: Reading) -> Quantity:
@@ -172,18 +184,19 @@ def _flank(x: Floats, height: Floats, crest_mm: float, reading: Reading) -> Quan
     fall = (_MIDDLE[1] - _MIDDLE[0]) * crest_mm
     if crest_mm < max(_SCARP_DEPTHS * reading.depth_mm, _SCARP_NOISE * reading.noise_mm):
         return MISSING
-    low, high = (_last_above(x, height, share * crest_mm) for share in _MIDDLE)
+    (low, low_std), (high, high_std) = (_crossing(x, height, share * crest_mm, reading) for share in _MIDDLE)
     if low - high < reading.step_mm:
         return MISSING
     slope = fall / (low - high)
-    std = slope * np.sqrt(2.0) * reading.noise_mm / fall
+    std = slope * np.hypot(low_std, high_std) / (low - high)
     return Quantity(float(np.degrees(np.arctan(slope))), float(np.degrees(std) / (1.0 + slope**2)))
 
 
 def _last_above(x: Floats, height: Floats, level: float) -> float:
     """Place at which a surface falls below a level for the last time; its end if it does not."""
-    k = int(np.flatnonzero(height > level)[-1])
-    if k == len(x) - 1:
+    above = np.flatnonzero(height > level)
+    k = int(above[-1]) if above.size else 0
+    if k == len(x) - 1 or height[k] <= level:
         return float(x[k])
     return float(x[k] + (x[k + 1] - x[k]) * (height[k] - level) / (height[k] - height[k + 1]))
 
