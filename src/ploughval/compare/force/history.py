@@ -144,7 +144,8 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
     aligned = np.where(inside, same - histories.measured, NAN)
     inputs = std_about(same, np.array(runs).reshape(-1, same.size))
     count = len(pairs.numbers)
-    note = f"model's travel stretched so that {count} matched switches coincide"
+    switches = "the matched switch coincides" if count == 1 else f"{count} matched switches coincide"
+    note = f"model's travel stretched so that {switches}"
     before = _rms(np.where(inside, histories.model - histories.measured, NAN))
     gone = 1 - (_rms(aligned) / before) ** 2 if before > 0 else NAN
     stretch = log_stretch(to, place)
@@ -166,7 +167,7 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
             "force_phase_share",
             "1",
             error=gone,
-            note=f"of the mean square difference; it goes when the {note}",
+            note=f"share of the mean square difference that goes when {switches}",
         ),
         distance(
             "travel_stretch",
