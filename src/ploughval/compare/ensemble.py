@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ploughval.model import History
 
 Floats = NDArray[np.float64]
-_SEED = 20_09  # one for all tests: the same inputs give the same numbers
+SEED = 20_09  # one for all tests: the same inputs give the same numbers
 _COARSEST = 1e-3  # draws need no finer model, and finer ones take time and memory
 _LEAST_HAVING = 0.5  # a value that fewer of the draws have has no spread
 _EXPLAINED = 0.5  # share of the variance from which on an input dominates
@@ -147,7 +147,7 @@ def std_about(centre: Floats, drawn: Floats) -> Floats:
 
 
 def draw_ensemble(
-    scene: Scene, history: "History", displacement_mm: float, *, count: int | None = None
+    scene: Scene, history: "History", displacement_mm: float, *, count: int | None = None, seed: int = SEED
 ) -> Ensemble:
     """Run the model with inputs drawn from their standard uncertainties.
 
@@ -161,6 +161,8 @@ def draw_ensemble(
         Travel of every run.
     count : int or None
         Number of runs; None: the scene's.
+    seed : int
+        Of the draws.
 
     Returns
     -------
@@ -179,7 +181,7 @@ def draw_ensemble(
         scene = scene.model_copy(update={"model": scene.model.model_copy(update={"tolerance": _COARSEST})})
         centre = simulate(scene, displacement_mm=displacement_mm)
     kept, histories, refused = [], [], 0
-    for values in draw_values(inputs, count, np.random.default_rng(_SEED)):
+    for values in draw_values(inputs, count, np.random.default_rng(seed)):
         changed = changed_scene(scene, inputs, values)
         one = None if changed is None else _run(changed, displacement_mm)
         if one is None:
