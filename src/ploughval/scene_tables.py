@@ -183,7 +183,7 @@ class Compare(Table):
     """[compare]: peaks and matching."""
 
     prominence: Positive | None = Field(None, description="least prominence of a force peak, in P0")
-    draws: Annotated[int, Field(ge=16, le=10_000, strict=True)] = Field(
+    draws: Annotated[int, Field(ge=16, le=2048, strict=True)] = Field(
         64, description="model runs with inputs drawn from their standard uncertainties"
     )
 

@@ -123,8 +123,14 @@ def test_sand_that_the_model_cannot_run_is_drawn_anew_until_most_fail(monkeypatc
     stated = scene(unit_weight_std_kN_m3=0.5)
     monkeypatch.setattr(ploughval.model, "simulate", refusing(16.5))
     assert len(draw_ensemble(stated, stated, 60.0)) == 64
+    few = draw_ensemble(stated, stated, 60.0).spread(lambda one: {"m": 1.0})["m"]
+    assert "drawn anew" in few.remark
     monkeypatch.setattr(ploughval.model, "simulate", refusing(10.0))
-    assert len(draw_ensemble(stated, stated, 60.0)) == 0
+    nothing = draw_ensemble(stated, stated, 60.0)
+    assert len(nothing) == 0
+    spread = nothing.spread(lambda one: {"m": 1.0})["m"]
+    assert np.isnan(spread.std)
+    assert "none of the drawn inputs" in spread.remark
 
 
 def test_a_finer_tolerance_is_not_spent_on_the_draws():

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 SEED = 20_09  # one for all tests: the same inputs give the same numbers
 _COARSEST = 1e-3  # draws need no finer model, and finer ones take time and memory
 _LEAST_HAVING = 0.5  # a value that fewer of the draws have has no spread
+_FEW = 0.1  # refused draws that go without saying, for one that is kept
+_MOST_REFUSED = 20  # for one that is kept
 _EXPLAINED = 0.5  # share of the variance from which on an input dominates
 
 
@@ -25,13 +27,15 @@ class Spread(NamedTuple):
     """What the inputs leave open of one value.
 
     ``std`` is the root mean square deviation of the draws from the value at the stated inputs; ``lacking``
-    of ``draws`` draws do not have the value; ``shares`` are the inputs' parts of the variance.
+    of ``draws`` draws do not have the value; ``shares`` are the inputs' parts of the variance; ``refused``
+    draws were impossible and drawn anew.
     """
 
     std: float
     lacking: int
     draws: int
     shares: Mapping[str, float]
+    refused: int = 0
 
     @property
     def dominant(self) -> str:
@@ -45,8 +49,11 @@ class Spread(NamedTuple):
     def remark(self) -> str:
         """What a reader must know of the draws, as the end of a note."""
         if self.draws == 0:
-            return "; no uncertainty of an input is stated"
-        return f"; {self.lacking} of {self.draws} draws of the inputs have no such value" * (self.lacking > 0)
+            nothing = "no uncertainty of an input is stated"
+            return f"; {'the model runs with none of the drawn inputs' if self.refused else nothing}"
+        anew = f"; {self.refused} draws that no sand can have were drawn anew"
+        lack = f"; {self.lacking} of {self.draws} draws of the inputs have no such value"
+        return anew * (self.refused > _FEW * self.draws) + lack * (self.lacking > 0)
 
 
 NO_SPREAD = Spread(0.0, 0, 0, {})
@@ -100,12 +107,12 @@ class Ensemble(Sequence["History"]):
     def spread_of(self, centre: float, drawn: Floats) -> Spread:
         """Spread of one value: its draws, one a history, about what the stated inputs give."""
         if drawn.size == 0:
-            return NO_SPREAD
+            return Spread(float("nan"), 0, 0, {}, self.refused) if self.inputs else NO_SPREAD
         having = np.isfinite(drawn)
         lacking = int((~having).sum())
         std = float(std_about(np.array([centre]), drawn[:, None])[0])
         shares = {} if not np.isfinite(std) else self._shares(drawn[having], self.values[having])
-        return Spread(std, lacking, drawn.size, shares)
+        return Spread(std, lacking, drawn.size, shares, self.refused)
 
     def _shares(self, drawn: Floats, values: Floats) -> dict[str, float]:
         """Squared standardised regression coefficients (Saltelli et al. 2008, section 1.2.5)."""
@@ -167,8 +174,8 @@ def draw_ensemble(
     Returns
     -------
     Ensemble
-        Without runs where no input has an uncertainty. Fewer than asked for where more than half of the
-        draws had to be refused.
+        Without runs where no input has an uncertainty. Fewer than asked for where 20 times as many draws had
+        to be refused.
     """
     inputs = uncertain_inputs(scene)
     if not inputs:
@@ -189,7 +196,7 @@ def draw_ensemble(
         else:
             kept.append(values)
             histories.append(one)
-        if len(kept) == count or refused > count:
+        if len(kept) == count or refused >= _MOST_REFUSED * count:
             break
     drawn = np.array(kept).reshape(len(kept), len(inputs))
     return Ensemble(inputs, drawn, tuple(histories), centre, refused)
