@@ -50,7 +50,7 @@ class March(NamedTuple):
     end: int
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def lacking(wanted: Trial, edge: float) -> int:
     """Why the fresh band that is wanted cannot be had: it comes out where no sand is, or locks; else 0."""
     if not math.isfinite(wanted.price):
@@ -58,7 +58,7 @@ def lacking(wanted: Trial, edge: float) -> int:
     return 1 if wanted.fresh.outcrop > edge else 0
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
     """Increment that follows the softening: some steps over the mobilization length, one ends with it."""
     left = (law.mobilization - slip) * cos_beta
@@ -68,17 +68,17 @@ def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
     return left * (1.0 + 1e-12) if du > 0.999 * left else du
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float]:
-    """How far the block at the outcrop moves forward, and slips on its band, for 1 of the blade's travel."""
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float, float]:
+    """How far the block at the outcrop moves forward, and slips, for 1 of the blade; the outcrop's height."""
     top = height_at(now[0], now[1], n, band.outcrop)
     if band.joint_ahead > 0.0:
         joint, out = (tip + band.joint_ahead, band.joint_up), (band.outcrop, top)
         _, upper, forward = velocities(tip, now[1, 0], joint, out)
-        return forward, forward * math.hypot(1.0, upper)
+        return forward, forward * math.hypot(1.0, upper), top
     tan_beta = top / (band.outcrop - tip)
     forward = 1.0 / (1.0 - law.face * tan_beta)
-    return forward, forward * math.hypot(1.0, tan_beta)
+    return forward, forward * math.hypot(1.0, tan_beta), top
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
@@ -86,11 +86,11 @@ def try_increment(
     now: Floats, n: int, law: Law, band: Band, du: float, crowd: int, work: Floats, to: Floats
 ) -> tuple[int, int, Trial]:
     """Advance by du with the band and weigh the bands after it; counts as in ``advance``."""
-    forward, slip = pace(now, n, law, band, tip_of(now, law))
+    forward, slip, _ = pace(now, n, law, band, tip_of(now, law))
     rest, sheared = advance(now, n, band, du, law, crowd, work, to)
     at = band.outcrop + du * forward * law.rides
-    force, old = weigh_old(to, rest, law, at, band.slip + du * slip, work[0])
-    price, fresh = weigh_fresh(to, rest, law, work[0])
+    force, old = weigh_old(to, rest, law, at, band.slip + du * slip, work)
+    price, fresh = weigh_fresh(to, rest, law, work)
     return rest, sheared, Trial(du, force, old, price, fresh)
 
 
@@ -133,7 +133,7 @@ def up_to_switch(
     return rest, sheared, last, True
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def creeps_on(surface: Floats, law: Law, trial: Trial) -> bool:
     """Whether the fresh band comes out so near the old one that it is the same creeping on."""
     near = SAME_BAND * (trial.band.outcrop - tip_of(surface, law))
@@ -154,7 +154,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     pool = np.empty((2, 4096 if store else 1))
     count, filled, band, end = 0, 0, -1, 0
     u, born, switches = 0.0, 0.0, True
-    price, fresh = weigh_fresh(now, n, law, work[0])
+    price, fresh = weigh_fresh(now, n, law, work)
     last = Trial(0.0, price, fresh, price, fresh)
     while True:
         if switches or law.peak <= law.residual or last.price < last.force:
@@ -168,8 +168,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
                 born = u
         if count == rows.shape[0]:
             rows, ends = np.concatenate((rows, rows)), np.concatenate((ends, ends))
-        forward, slip = pace(now, n, law, last.band, u)
-        top = height_at(now[0], now[1], n, last.band.outcrop)
+        forward, slip, top = pace(now, n, law, last.band, u)
         rows[count] = row_of(u, float(band), last, top, forward)
         if store:
             pool, filled = _store(pool, filled, now, n)
@@ -208,7 +207,7 @@ def _lay(surface: Floats, law: Law, now: Floats, work: Floats) -> int:
     return n
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def take(last: Trial, law: Law) -> Trial:
     """The fresh band in force; sand that does not soften keeps its count of slip."""
     new, slip = last.fresh, 0.0 if law.peak > law.residual else last.band.slip
@@ -216,7 +215,7 @@ def take(last: Trial, law: Law) -> Trial:
     return Trial(0.0, last.price, taken, last.price, taken)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def row_of(u: float, number: float, last: Trial, top: float, forward: float) -> Floats:
     """Row of ``March.rows`` at the start of an increment whose band comes out at the height ``top``.
 

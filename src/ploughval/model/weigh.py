@@ -15,7 +15,7 @@ from ploughval.model.softening import tan_mobilised
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def straight_fresh(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
     """P / unit weight of a fresh band of one block, and its outcrop; past the last node: sand is missing."""
     x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
@@ -29,21 +29,21 @@ def straight_fresh(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float
     return force, place
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
-def weigh_fresh(surface: Floats, n: int, law: Law, above: Floats) -> tuple[float, Band]:
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+def weigh_fresh(surface: Floats, n: int, law: Law, work: Floats) -> tuple[float, Band]:
     """P / unit weight of the cheapest fresh band of as many blocks as the law allows, and the band."""
     x, y = surface[0], surface[1]
     force, place = straight_fresh(x, y, n, law)
     joint = (0.0, 0.0)
     if law.blocks > 1.0 and math.isfinite(force):
         strength = Shear(math.tan(law.peak), law.wall, law.load, 0.0)
-        force, place, joint = least_bent(x, y, n + 1, strength, (force, place), True, above)
+        force, place, joint = least_bent(x, y, n + 1, strength, (force, place), True, work[0])
     return force, Band(place, 0.0, *joint)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def weigh_old(
-    surface: Floats, n: int, law: Law, outcrop: float, slip: float, above: Floats
+    surface: Floats, n: int, law: Law, outcrop: float, slip: float, work: Floats
 ) -> tuple[float, Band]:
     """P / unit weight of a band that has slipped and keeps its outcrop, and the band with its joint."""
     x, y = surface[0], surface[1]
@@ -52,5 +52,5 @@ def weigh_old(
     joint = (0.0, 0.0)
     if law.blocks > 1.0 and outcrop > tip_of(surface, law):
         strength = Shear(tan_phi, law.wall, law.load, 0.0)
-        force, _, joint = least_bent(x, y, n, strength, (force, outcrop), False, above)
+        force, _, joint = least_bent(x, y, n, strength, (force, outcrop), False, work[0])
     return force, Band(outcrop, slip, *joint)
