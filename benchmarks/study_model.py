@@ -1,9 +1,9 @@
 """The numerical study of the incremental-collapse model: tables, figures and page of reports/model.
 
-    python benchmarks/study_model.py [--out reports/model]
+    python benchmarks/study_model.py [--out reports/model] [--parts blade ...]
 
-The comparison with a material-point run is made where that run is at hand; otherwise its part of the folder
-stays as it is.
+Parts that are not asked for stay in the folder as they are; so does the comparison with a material-point run
+where that run is not at hand. Figures and page are made anew from the tables.
 """
 
 import argparse
@@ -33,36 +33,66 @@ FORCES = {
 }
 
 
-def write(table: pd.DataFrame, path: Path) -> pd.DataFrame:
-    """Write a table as CSV with six digits, and return what the file holds."""
+def write(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV with six digits."""
     table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
-    return pd.read_csv(path, keep_default_na=True)
 
 
-def make_tables(out: Path) -> dict[str, pd.DataFrame]:
-    """Run everything; the tables as they stand in the files."""
-    histories, rules = runs.rule_histories()
-    tables = {
-        "increments": runs.increments(),
-        "nodes": runs.nodes(),
-        "influences": runs.influences(),
-        "friction-map": runs.friction_map(),
-        "rules": rules,
-        "rules-histories": histories,
+def rules() -> dict[str, pd.DataFrame]:
+    """What the rules of outcrop and direction do."""
+    histories, told = runs.rule_histories()
+    return {"rules": told, "rules-histories": histories}
+
+
+def numerics() -> dict[str, pd.DataFrame]:
+    """Errors and times."""
+    return {"increments": runs.increments(), "nodes": runs.nodes()}
+
+
+def influences() -> dict[str, pd.DataFrame]:
+    """What soil and ground do."""
+    return {"influences": runs.influences(), "friction-map": runs.friction_map()}
+
+
+def blade() -> dict[str, pd.DataFrame]:
+    """What an inclined blade, and a second block beside a rough one, do."""
+    return {
         "inclinations": blades.inclinations(),
         "two-blocks": blades.mechanisms(),
         "two-block-joints": blades.joints(),
         "two-block-smooth": blades.smooth(),
     }
+
+
+def material_points() -> dict[str, pd.DataFrame]:
+    """The comparison with a material-point run; nothing where that is not at hand."""
     folder = virtual.virtual_folder()
-    if folder is not None:
-        tables["virtual-histories"], tables["virtual"] = virtual.histories(folder)
-        tables["virtual-friction"] = virtual.mobilised(folder)
-        tables["virtual-speed"] = pd.DataFrame([virtual.transient(folder)])
-    read = {name: write(table, out / f"{name}.csv") for name, table in tables.items()}
-    for name in ("virtual-histories", "virtual", "virtual-friction", "virtual-speed"):
-        if name not in read and (out / f"{name}.csv").is_file():
-            read[name] = pd.read_csv(out / f"{name}.csv")
+    if folder is None:
+        return {}
+    histories, readings = virtual.histories(folder)
+    return {
+        "virtual-histories": histories,
+        "virtual": readings,
+        "virtual-friction": virtual.mobilised(folder),
+        "virtual-speed": pd.DataFrame([virtual.transient(folder)]),
+    }
+
+
+PARTS = {
+    "numerics": numerics,
+    "influences": influences,
+    "rules": rules,
+    "blade": blade,
+    "material_points": material_points,
+}
+
+
+def make_tables(out: Path, parts: list[str]) -> dict[str, pd.DataFrame]:
+    """Run some parts; all tables of the folder, as they stand in its files."""
+    for part in parts:
+        for name, table in PARTS[part]().items():
+            write(table, out / f"{name}.csv")
+    read = {path.stem: pd.read_csv(path) for path in sorted(out.glob("*.csv"))}
     if "virtual-friction" in read:
         read["virtual-friction"]["event"] = read["virtual-friction"]["event"].fillna("")
     return read
@@ -94,10 +124,12 @@ def main(arguments: list[str] | None = None) -> Path:
     """Make the study; returns its folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("reports/model"), help="folder of the study")
-    out = parser.parse_args(arguments).out
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), help="parts to run anew")
+    given = parser.parse_args(arguments)
+    out = given.out
     out.mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
-    tables = make_tables(out)
+    tables = make_tables(out, given.parts)
     make_figures(tables, out)
     text = page.fill(TEMPLATE.read_text(encoding="utf-8"), tables)
     (out / "README.md").write_text(text, encoding="utf-8")
