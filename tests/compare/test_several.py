@@ -377,3 +377,26 @@ def test_no_mean_history_without_two_forces_or_a_common_travel():
     still = record(force=saw(30.0, 1.0).assign(u_mm=0.0))
     assert mean_history((0, 1), [record(), record(force=saw(30.0, 1.0))]) is None
     assert mean_history((0, 1), [still, record(force=saw(30.0, 1.0))]) is None
+
+
+def test_absurd_values_end_in_no_warning_and_units_do_not_matter():
+    rng = np.random.default_rng(9)
+    absurd = [np.nan, 0.0, -1.0, 1e-300, 1e-12, 3.0, 3.0, 1e300, -1e300]
+    for _ in range(60):
+        tests = [
+            record(
+                depth=d,
+                values={f"{u}_x": Value(u, *rng.choice(absurd, 6)) for u in ("N", "mm", "1", "degree")},
+            )
+            for d in (20.0, 20.0, 30.0, 40.0)
+        ]
+        grouping = group_tests(tests)
+        for group in grouping.groups:
+            for repeat in repeats_of(group, tests):
+                assert not np.isnan(repeat.pooled.mean)
+        assert [depth_trends(series, tests) for series in grouping.along(DEPTH)]
+        mean_errors(range(4), tests)
+    x, u = rng.normal(5, 1, 6), rng.uniform(0.3, 0.8, 6)
+    one, other = pool(list(x), list(u)), pool(list(1e200 * x), list(1e200 * u))
+    assert other.excess_high == pytest.approx(1e200 * one.excess_high)
+    assert other.birge == pytest.approx(one.birge)

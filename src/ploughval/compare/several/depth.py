@@ -119,7 +119,9 @@ def _power(depth: Floats, values: Floats, stds: Floats, scale_power: int) -> Lin
     """Logarithm of value times d^scale_power over that of d."""
     if not np.all(values > 0):
         return None
-    return fit_line(np.log(depth), np.log(values) + scale_power * np.log(depth), stds / values)
+    with np.errstate(over="ignore"):  # beyond all numbers is not stated
+        relative = stds / values
+    return fit_line(np.log(depth), np.log(values) + scale_power * np.log(depth), relative)
 
 
 def _predicted_power(depth: Floats, models: Floats, scale_power: int) -> float:

@@ -1,5 +1,6 @@
 """Model against experiment over all tests: the mean error, with what does not average out kept whole."""
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
@@ -101,7 +102,7 @@ def _input_std(stds: Sequence[float], sands: Sequence[Hashable]) -> float:
     sums: dict[Hashable, float] = {}
     for std, sand in zip(stds, sands, strict=True):
         sums[sand] = sums.get(sand, 0.0) + std
-    return float(np.linalg.norm(list(sums.values()))) / len(stds)
+    return math.hypot(*sums.values()) / len(stds)
 
 
 def _sand(record: Record) -> str:

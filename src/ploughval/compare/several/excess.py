@@ -8,6 +8,22 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+_LEAST_STATED = (
+    1e-10  # of the largest value: less is rounding, and would weigh everything else down to nothing
+)
+
+
+def size_of(values: Floats, stated: Floats | None = None) -> float:
+    """Largest magnitude among values and uncertainties, taken out before squares are; 1 where all are 0."""
+    every = np.abs(values) if stated is None else np.append(np.abs(values), stated[np.isfinite(stated)])
+    return float(every.max(initial=0.0)) or 1.0
+
+
+def are_stated(stated: Floats, size: float) -> bool:
+    """Whether every uncertainty is a number that values of this size can be weighted by."""
+    return bool(np.all(np.isfinite(stated) & (stated > _LEAST_STATED * size)))
+
+
 class Fit(NamedTuple):
     """Coefficients (p,), their covariance (p, p) and the weighted sum of squared residuals."""
 

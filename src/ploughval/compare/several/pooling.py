@@ -5,14 +5,14 @@ Viechtbauer (2007), Knapp & Hartung (2003).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri, stdtrit
 
-from ploughval.compare.several.excess import excess_variance, weighted_fit
+from ploughval.compare.several.excess import are_stated, excess_variance, size_of, weighted_fit
 
 Floats = NDArray[np.float64]
 Verdict = Literal["explained", "more", "less", "unknown"]
@@ -88,29 +88,43 @@ def pool(values: Sequence[float], stds: Sequence[float]) -> Pooled:
     if x.size < 2:
         alone = float(x[0]) if x.size else NAN
         return Pooled(x.size, mean=alone, pooled=alone)
+    size = size_of(x, u)
+    one = _weighted(x / size, u / size) if are_stated(u, size) else _plain(x / size)
+    lengths = {name: getattr(one, name) * size for name in _WITH_UNIT}
+    return replace(one, **lengths)
+
+
+_WITH_UNIT = (
+    "mean", "std", "std_low", "std_high", "stated_std", "excess_std", "excess_low", "excess_high", "pooled",
+    "pooled_low", "pooled_high",
+)  # fmt: skip
+
+
+def _plain(x: Floats) -> Pooled:
+    """Mean, scatter and Student's interval of the mean."""
     mean, std = float(np.mean(x)), float(np.std(x, ddof=1))
     # Values that are all alike (counts) show no scatter, but do not show how small it is.
     low, high = std_interval(std, x.size - 1) if std > 0 else (NAN, NAN)
-    outlier = _outlier(x, mean, std)
-    if not np.all(np.isfinite(u) & (u > 0)):
-        reach = float(stdtrit(x.size - 1, 1 - _TAIL)) * std / np.sqrt(x.size) if std > 0 else NAN
-        return Pooled(
-            x.size, mean, std, low, high, pooled=mean, pooled_low=mean - reach, pooled_high=mean + reach,
-            outlier=outlier,
-        )  # fmt: skip
-    stated = float(np.sqrt(np.mean(u**2)))
+    reach = float(stdtrit(x.size - 1, 1 - _TAIL)) * std / np.sqrt(x.size) if std > 0 else NAN
+    return Pooled(
+        x.size, mean, std, low, high, pooled=mean, pooled_low=mean - reach, pooled_high=mean + reach,
+        outlier=_outlier(x, mean, std),
+    )  # fmt: skip
+
+
+def _weighted(x: Floats, u: Floats) -> Pooled:
+    """The same and, with stated uncertainties, what they explain and the weighted mean."""
     chi2, excess = _against_stated(x, u)
     fit = weighted_fit(np.ones((x.size, 1)), x, u**2 + excess[1])
     centre = float(fit.coefficients[0])
     # With the excess in the weights the factor of Knapp and Hartung is 1, or less where there is no excess.
     reach = float(stdtrit(x.size - 1, 1 - _TAIL) * np.sqrt(fit.covariance[0, 0]))
-    ends = [float(np.sqrt(variance)) for variance in excess]
-    return Pooled(
-        count=x.size, mean=mean, std=std, std_low=low, std_high=high, stated_std=stated,
-        birge=float(np.sqrt(chi2 / (x.size - 1))),
-        excess_low=ends[0], excess_std=ends[1], excess_high=ends[2],
+    low, middle, high = (float(np.sqrt(variance)) for variance in excess)
+    return replace(
+        _plain(x), stated_std=float(np.sqrt(np.mean(u**2))), birge=float(np.sqrt(chi2 / (x.size - 1))),
+        excess_low=low, excess_std=middle, excess_high=high,
         pooled=centre, pooled_low=centre - reach, pooled_high=centre + reach,
-        verdict=_verdict(chi2, x.size - 1), outlier=outlier,
+        verdict=_verdict(chi2, x.size - 1),
     )  # fmt: skip
 
 

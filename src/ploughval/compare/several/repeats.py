@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ploughval.compare.several.excess import size_of
 from ploughval.compare.several.groups import Group
 from ploughval.compare.several.pooling import Pooled, pool, std_interval
 from ploughval.compare.several.record import Record, Value
@@ -101,22 +102,17 @@ def levels_together(groups: Sequence[Group], records: Sequence[Record]) -> list[
     """
     found = []
     for name in measured_names(records):
-        sums, dof, cells, words = 0.0, 0, 0, ""
-        for group in groups:
-            scaled = [records[place].scaled_metric(name) for place in group.members]
-            values = [
-                value.experiment for value in scaled if value is not None and np.isfinite(value.experiment)
-            ]
-            if len(values) > 1:
-                sums, dof, cells = (
-                    sums + float(np.var(values)) * len(values),
-                    dof + len(values) - 1,
-                    cells + 1,
-                )
-                words = next(value.unit for value in scaled if value is not None)
-        if cells > 1:
-            std = float(np.sqrt(sums / dof))
-            found.append(LevelsTogether(name, words, cells, dof, std, *std_interval(std, dof)))
+        scaled = [[records[place].scaled_metric(name) for place in group.members] for group in groups]
+        known = [[v for v in cell if v is not None and np.isfinite(v.experiment)] for cell in scaled]
+        cells = [np.array([v.experiment for v in cell]) for cell in known if len(cell) > 1]
+        if len(cells) < 2:
+            continue
+        size = size_of(np.concatenate(cells))
+        squares = sum(float(np.var(cell / size)) * cell.size for cell in cells)
+        dof = sum(cell.size - 1 for cell in cells)
+        std = float(np.sqrt(squares / dof)) * size
+        words = next(v.unit for cell in known for v in cell)
+        found.append(LevelsTogether(name, words, len(cells), dof, std, *std_interval(std, dof)))
     return found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
-from ploughval.compare.several.excess import excess_variance, weighted_fit
+from ploughval.compare.several.excess import are_stated, excess_variance, size_of, weighted_fit
 
 Floats = NDArray[np.float64]
 NAN = float("nan")
@@ -49,22 +49,23 @@ def fit_line(x: Floats, y: Floats, std: Floats | None) -> Line | None:
     """
     if np.unique(x).size < 2:
         return None
-    n = x.size
-    known = std is not None and bool(np.all(np.isfinite(std) & (std > 0)))
+    n, size = x.size, size_of(y, std)
+    y = y / size
+    known = std is not None and are_stated(std, size)
     centre = float(np.mean(x))
     design = np.column_stack([np.ones(n), x - centre])
     if known:
         assert std is not None
+        std = std / size
         extra = excess_variance(design, y, std, float(n - 2)) if n > 2 else 0.0
         fit = weighted_fit(design, y, std**2 + extra)
         slope_std = float(np.sqrt(fit.covariance[1, 1]))
     else:
         extra = NAN
         fit = weighted_fit(design, y, np.ones(n))
-        slope_std = float(np.sqrt(fit.covariance[1, 1] * fit.chi2 / (n - 2))) if n > 2 else NAN
+        scattered = n > 2 and float(np.ptp(y)) > 0  # values all alike do not show how exact they are
+        slope_std = float(np.sqrt(fit.covariance[1, 1] * fit.chi2 / (n - 2))) if scattered else NAN
     factor = float(stdtrit(n - 2, 1 - _TAIL)) if n > 2 else float(ndtri(1 - _TAIL))
-    slope = float(fit.coefficients[1])
-    return Line(
-        n, centre, float(fit.coefficients[0]), slope, slope - factor * slope_std, slope + factor * slope_std,
-        float(np.sqrt(extra)),
-    )  # fmt: skip
+    slope, reach = float(fit.coefficients[1]) * size, factor * slope_std * size
+    level = float(fit.coefficients[0]) * size
+    return Line(n, centre, level, slope, slope - reach, slope + reach, float(np.sqrt(extra)) * size)

@@ -216,10 +216,12 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
         known = np.isfinite(stds) & (stds > 0)
         if not known.any():
             continue
-        values = np.array(error.errors)[known] / stds[known]
+        with np.errstate(over="ignore"):  # beyond all numbers stands at the edge
+            values = np.array(error.errors)[known] / stds[known]
         clipped = np.clip(values, -FARTHEST_ERROR, FARTHEST_ERROR)
         axes.plot(clipped, np.full(clipped.size, row), "o", ms=4, color=MUTED, alpha=0.6)
-        size = float(np.sqrt(np.mean(stds[known] ** 2)))
+        most = float(stds[known].max())
+        size = most * float(np.sqrt(np.mean((stds[known] / most) ** 2)))
         colour = MODEL if error.mean_agrees is False else MEASURED
         low, high = (np.clip(end / size, -FARTHEST_ERROR, FARTHEST_ERROR) for end in (error.low, error.high))
         axes.plot([low, high], [row, row], color=colour, lw=2)

@@ -31,6 +31,7 @@ _SAYS = {
     "unknown": ("too few tests", "unknown"),
 }
 MOST_PANELS = 12
+MOST_POWER = 10.0
 NUMERICAL = 1e-3  # relative error that the model is run to
 _PREFERRED = "first_peak_N"
 
@@ -55,13 +56,18 @@ def depth_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
             tables.append(Table(title, HEAD, [_row(trend) for trend in some], kind="wide"))
         powers = [row for trend in trends if (row := _power(trend))]
         tables.append(Table(f"Powers of depth, groups {series}", POWER_HEAD, powers))
-        powered = [trend for trend in trends if trend.power is not None and trend.unit == "N"]
+        powered = [trend for trend in trends if trend.unit == "N" and _sensible(trend)]
         powered.sort(key=lambda trend: trend.metric != _PREFERRED)
         if powered:
             words = _power_words(powered[0])
             drawings.append(pen.draw(power_figure(powered[0]), words, words))
         notes += _notes(series, trends)
     return Chapter("depth", "Effect of depth", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
+
+
+def _sensible(trend: Trend) -> bool:
+    """Whether a power is one that can be drawn: not that of values many orders apart."""
+    return trend.power is not None and abs(trend.power.slope - trend.scale_power) < MOST_POWER
 
 
 def _best_known(trends: list[Trend]) -> list[Trend]:
