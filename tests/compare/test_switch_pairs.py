@@ -64,6 +64,8 @@ def test_a_switch_without_partner_stands_in_the_table_alone():
     assert table["switch_experiment"].tolist() == [1.0, 2.0]
     assert table["switch_model"].isna().tolist() == [False, True]
     assert table["force_N_experiment"].tolist() == [18.0, 26.0]
+    assert table["force_N_experiment_std"].tolist() == [0.0, 0.0]
+    assert "force_N_model_std" not in table
 
 
 def test_drawn_switches_widen_the_model_by_their_scatter():

@@ -189,9 +189,13 @@ def pair_table(pairs: Pairs, measured: Reading, model: Reading) -> pd.DataFrame:
     for place, (side, reading) in enumerate((("experiment", measured), ("model", model))):
         partners = {pair[place] for pair in pairs.numbers}
         alone = [k for k in range(len(reading.switches)) if k not in partners]
-        values = _values(reading, alone)[0]
-        row = pd.DataFrame({f"{name}_{side}": values[:, k] for k, name in enumerate(_VALUES[:3])})
-        rows.append(row.assign(**{f"switch_{side}": np.array(alone, dtype=float) + 1}))
+        own = dict(zip((side, f"{side}_std"), _values(reading, alone), strict=True))
+        known = {
+            f"{name}_{part}": values[:, k]
+            for part, values in own.items()
+            for k, name in enumerate(_VALUES[:3])
+        }
+        rows.append(pd.DataFrame({f"switch_{side}": np.array(alone, dtype=float) + 1, **known}))
     table = pd.concat([part for part in rows if len(part)] or rows[:1], ignore_index=True)
     table = table.reindex(columns=list(PAIR_COLUMNS))
     begin = table["u_mm_experiment"].fillna(table["u_mm_model"]).to_numpy(dtype=np.float64)
