@@ -219,6 +219,16 @@ def test_no_bands_or_one_on_either_side_is_counted_and_nothing_is_invented(measu
     assert not [name for name in metrics if "life" in name and metrics[name].agrees is not None]
 
 
+def test_a_band_that_has_hardly_begun_counts_on_neither_side():
+    model = (MODEL[0], (38, 98.5, 14, 157), (98.5, 120, 13, 250))
+    metrics, _ = compared(bands((0, 38, 20, 82), (38, 100, 14, 157)), model)
+    assert metrics["bands_count"].error == 0
+    assert metrics["bands_unmatched_count"].model == 0
+    # The looks are 2 mm apart and end at 100 mm: at 97.5 it has to be seen.
+    metrics, _ = compared(bands((0, 38, 20, 82), (38, 100, 14, 157)), (*MODEL[:2], (97.5, 120, 13, 250)))
+    assert metrics["bands_count"].error == 1
+
+
 def test_unmatched_bands_are_named_with_their_place():
     metrics, _ = compared(bands((0, 26, 30, 45), (26, 50, 24, 78), (50, 100, 22, 110)), MODEL[:2])
     assert metrics["bands_unmatched_count"].experiment == 1

@@ -41,7 +41,7 @@ def band_metrics(
     """
     end_mm = float(case.history.force["u_mm"].iloc[-1])
     window = _window(measured, framed, end_mm)
-    limit = min(window.last_mm, end_mm)
+    limit = _limit(window, end_mm)
     seen = observe(_calibrated(measured, framed), window)
     seen = seen[~(seen["u_start_mm"] >= limit)].reset_index(drop=True)
     note = f"bands that begin within {limit:.4g} mm of travel"
@@ -81,6 +81,11 @@ def _window(measured: pd.DataFrame, framed: Sequence[pd.DataFrame], end_mm: floa
     return Window(first, float(reach.max()) if reach.size else end_mm, looks if looks.size else np.zeros(1))
 
 
+def _limit(window: Window, end_mm: float) -> float:
+    """Travel before which a band must begin: an interval later the record ends, and has hardly seen it."""
+    return min(window.last_mm, end_mm) - float(np.nan_to_num(window.interval_mm))
+
+
 def _calibrated(measured: pd.DataFrame, framed: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """The measured bands with what the calibration leaves open of their outcrops, where a table knows it."""
     outcrop = measured["outcrop_x_mm"].to_numpy(dtype=np.float64)
@@ -98,7 +103,7 @@ def _frequency(
     case: Case, seen: pd.DataFrame, predicted: Predicted, window: Window, note: str
 ) -> list[Metric]:
     """Model's frequency of fresh bands over the experiment's, with what so few bands leave open."""
-    limit = min(window.last_mm, float(case.history.force["u_mm"].iloc[-1]))
+    limit = _limit(window, float(case.history.force["u_mm"].iloc[-1]))
     earliest = window.first_mm if window.late else -np.inf
 
     def of(table: pd.DataFrame) -> Spacings:
