@@ -241,12 +241,14 @@ class Results:
 
 
 def _horizontal(model_force: pd.DataFrame | None, settings: Mapping[str, Any]) -> pd.DataFrame | None:
-    """The model's force as load cells would measure it: wall friction inclines P, the file's force."""
+    """The model's force as load cells would measure it: wall friction and a face that leans incline P."""
     if model_force is None:
         return None
-    soil = settings.get("soil")
-    wall = float(soil.get("wall_friction_deg") or 0.0) if isinstance(soil, Mapping) else 0.0
-    return model_force.assign(force_N=model_force["force_N"] * math.cos(math.radians(wall)))
+    angle_deg = 0.0
+    for name, key in (("soil", "wall_friction_deg"), ("blade", "inclination_deg")):
+        table = settings.get(name)
+        angle_deg += float(table.get(key) or 0.0) if isinstance(table, Mapping) else 0.0
+    return model_force.assign(force_N=model_force["force_N"] * math.cos(math.radians(angle_deg)))
 
 
 def _positive(value: object) -> float | None:
