@@ -65,7 +65,20 @@ class BandCurve:
     force_N: Floats
 
     def slip_at(self, origin_mm: float, u_mm: Floats) -> Floats:
-        """Slip, mm, gathered from an origin to travels; negative before it."""
+        """Slip gathered from an origin to travels.
+
+        Parameters
+        ----------
+        origin_mm : float, mm
+            Travel at which slip begins.
+        u_mm : (M,) float, mm
+            Travels.
+
+        Returns
+        -------
+        (M,) float, mm
+            Negative before the origin.
+        """
         gathered = np.concatenate(
             [[0.0], np.cumsum((self.stretch[1:] + self.stretch[:-1]) / 2 * np.diff(self.u_mm))]
         )
@@ -135,7 +148,7 @@ def band_curve(
         scene,
         track,
         response,
-        (band_number(row), start, low, high, first, force.step_mm / 2),
+        (int(row["band"]), start, low, high, first, force.step_mm / 2),
         (u, width, F),
     )
 
@@ -155,15 +168,27 @@ def _inverted(
     return BandCurve(*named, u, width, phi, stretch, response, beta, weight, P)
 
 
-def band_number(row: pd.Series) -> int:
-    """The number a band goes by."""
-    return int(row["band"])
-
-
 def seen_blocks(
     scene: Scene, surface: SeenSurface, outcrop: Outcrop, span_mm: tuple[float, float]
 ) -> tuple[Floats, list[Block]]:
-    """Travels of the photographs within a span in which a band's block is known, and the blocks."""
+    """Photographs in which a band's block is known.
+
+    Parameters
+    ----------
+    scene : Scene
+        Depth of the blade.
+    surface : SeenSurface
+        What the photographs show.
+    outcrop : Outcrop
+        Of the band.
+    span_mm : (float, float), mm
+        Travels between which photographs are looked at.
+
+    Returns
+    -------
+    (K,) float, mm, and list of K Block
+        Travels of these photographs, and the blocks.
+    """
     known = []
     for u, line in zip(surface.u_mm.tolist(), surface.lines, strict=True):
         if span_mm[0] - 1e-9 <= u <= span_mm[1] + 1e-9:

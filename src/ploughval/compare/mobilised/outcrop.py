@@ -26,7 +26,17 @@ class Outcrop:
     speed: float = 0.0
 
     def at(self, u_mm: Floats) -> Floats:
-        """Place at travels (N,), mm: it does not go back."""
+        """Place of the outcrop: it does not go back.
+
+        Parameters
+        ----------
+        u_mm : (N,) float, mm
+            Travels.
+
+        Returns
+        -------
+        (N,) float, mm
+        """
         return np.maximum(self.x_mm, self.line_mm + self.speed * np.maximum(u_mm - self.start_mm, 0.0))
 
 

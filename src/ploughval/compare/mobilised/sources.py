@@ -107,7 +107,19 @@ class Response:
 
 
 def weight_of(scene: Scene, soil: Soil, track: BlockTrack) -> Floats:
-    """Weight of the block with the load upon it, (N,) N."""
+    """Weight of the block with the load upon it, docs/theory-mobilised.md, eq. (2).
+
+    Parameters
+    ----------
+    scene, soil : Scene, Soil
+        Width; unit weight and surcharge.
+    track : BlockTrack
+        The block at N travels.
+
+    Returns
+    -------
+    (N,) float, N
+    """
     stress = soil.unit_weight_kN_m3 * 1e-6 * track.area_mm2 + soil.surcharge_kPa * 1e-3 * track.reach_mm
     return np.asarray(stress * scene.blade.width_mm)  # kN/m3 = 1e-6 N/mm3, kPa = 1e-3 N/mm2
 

@@ -37,7 +37,17 @@ class SeenSurface:
         return float(np.median(stated)) if stated.size else float("nan")
 
     def part(self, wanted: NDArray[np.bool_]) -> "SeenSurface":
-        """Some of the photographs."""
+        """Some of the photographs.
+
+        Parameters
+        ----------
+        wanted : (F,) bool
+            Which.
+
+        Returns
+        -------
+        SeenSurface
+        """
         rows = np.flatnonzero(wanted)
         lines = tuple(self.lines[k] for k in rows)
         return SeenSurface(self.frames[rows], self.u_mm[rows], lines, self.scale_std)

@@ -26,7 +26,17 @@ class Interval:
         return (self.high - self.low) / 2
 
     def widened(self, std: float) -> "Interval":
-        """With another normal uncertainty."""
+        """The interval with another normal uncertainty.
+
+        Parameters
+        ----------
+        std : float
+            Standard uncertainty that is added, in the estimate's unit.
+
+        Returns
+        -------
+        Interval
+        """
 
         def end(limit: float, times: float) -> float:
             reach = float(np.hypot(limit - self.value, times * std))
@@ -37,7 +47,22 @@ class Interval:
 
 
 def limits(x: Floats, chi2: Floats, value: float) -> Interval:
-    """Where a profile of chi-square passes its least value by 1 and by 3.84."""
+    """Where a profile of chi-square passes its least value by 1 and by 3.84 (Venzon and Moolgavkar 1988).
+
+    Parameters
+    ----------
+    x : (M,) float
+        Values of the parameter, ascending.
+    chi2 : (M,) float
+        The least chi-square at each.
+    value : float
+        The estimate.
+
+    Returns
+    -------
+    Interval
+        NaN for an end that lies beyond the values given.
+    """
     ends = []
     for level in (_SIGMA, _NORMAL_95):
         inside = np.flatnonzero(chi2 <= chi2.min() + level)

@@ -45,7 +45,19 @@ def softened(low_mm: Floats, high_mm: Floats, length_mm: float, law: Law = Law.L
 
 
 def ahead(low_mm: Floats, high_mm: Floats, origin_mm: float) -> Floats:
-    """How far rows that reach from low to high lie before an origin, the mean over the row, (N,) mm."""
+    """How far rows lie before an origin, the mean over each row; 0 behind it.
+
+    Parameters
+    ----------
+    low_mm, high_mm : (N,) float, mm
+        Travel at either end of a row.
+    origin_mm : float, mm
+        The origin.
+
+    Returns
+    -------
+    (N,) float, mm
+    """
 
     def gathered(u: Floats) -> Floats:
         return np.asarray(np.minimum(u - origin_mm, 0.0) ** 2 / 2)

@@ -32,7 +32,17 @@ class Noise:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solved:
-    """Least squares at given length and origins: values and covariance of the parameters, chi-square."""
+    """Least squares at a given length.
+
+    Attributes
+    ----------
+    values, cov : (P,) and (P, P) float
+        Peak and residual, degrees; then rise, degrees a mm, and change of the origin, mm, of each band.
+    chi2 : float
+        Of the rows and of the origins' distance from where the photographs place them.
+    origins : (B,) float, mm
+        Travel at which each band's slip begins.
+    """
 
     values: Floats
     cov: Floats
@@ -45,6 +55,15 @@ class Problem:
 
     That is D + S S^T, D diagonal of the fresh parts, S the effects of the shared sources; its inverse is
     W^2 - U^T U (Woodbury), with W = D^(-1/2) and U = L^(-1) S^T W^2, L L^T = 1 + S^T W^2 S.
+
+    Parameters
+    ----------
+    bands : sequence of FittedRows
+        Rows of each of B bands, N in all.
+    noise : Noise
+        Factors on the parts of the covariance.
+    law : Law
+        Shape of the fall.
     """
 
     def __init__(self, bands: Sequence[FittedRows], noise: Noise, law: Law = Law.LINEAR) -> None:
@@ -61,7 +80,20 @@ class Problem:
         self.resolution = float(np.median([b.curve.row_mm for b in bands])) / np.sqrt(12.0)
 
     def design(self, length: float, origins: Floats) -> Floats:
-        """Columns of peak, residual, and of rise and origin of each band, (N, 2 + 2 B)."""
+        """What the parameters do to the rows.
+
+        Parameters
+        ----------
+        length : float, mm
+            Mobilization length.
+        origins : (B,) float, mm
+            Travel at which each band's slip begins.
+
+        Returns
+        -------
+        (N, 2 + 2 B) float
+            Columns of peak, residual, and of rise and origin (here 0) of each band.
+        """
         parts = []
         for number, (band, origin) in enumerate(zip(self.bands, origins.tolist(), strict=True)):
             curve = band.curve
@@ -75,7 +107,18 @@ class Problem:
     def solve(self, length: float, origins: Floats, moved: Floats | None = None) -> Solved:
         """Peak, residual and rises at given length and origins.
 
-        ``moved`` (N, B): change of the friction for a mm of each origin, where those are to be free.
+        Parameters
+        ----------
+        length : float, mm
+            Mobilization length.
+        origins : (B,) float, mm
+            Travel at which each band's slip begins.
+        moved : (N, B) float or None, degrees a mm
+            Change of the friction with each origin, where those are to be free.
+
+        Returns
+        -------
+        Solved
         """
         columns = self.design(length, origins)
         if moved is not None:
@@ -107,7 +150,19 @@ class Problem:
         """Peak and residual anew, and all that they are uncertain by, at the length and origins found.
 
         Rows count by their whole variance, none is used to put a shared source right: a slow drift of the
-        friction would pass for an error of the force's zero. Then errors are carried through, eq. (10).
+        friction would pass for an error of the force's zero. Then errors are carried through, eqs (9), (10).
+
+        Parameters
+        ----------
+        length : float, mm
+            Mobilization length.
+        found : Solved
+            The best fit at it.
+
+        Returns
+        -------
+        Solved
+            Values and covariance of peak and residual alone.
         """
         design = self.design(length, found.origins)
         kept = np.flatnonzero(design.any(axis=0) | (np.arange(self.count) <= RESIDUAL))
@@ -140,7 +195,19 @@ class Problem:
         return mean, precision
 
     def best(self, length: float, origins: Floats) -> Solved:
-        """Least squares at a given length, the origins found by Gauss-Newton from where they are."""
+        """Least squares at a given length, the origins found by Gauss-Newton.
+
+        Parameters
+        ----------
+        length : float, mm
+            Mobilization length.
+        origins : (B,) float, mm
+            Where to start from.
+
+        Returns
+        -------
+        Solved
+        """
         now = self.solve(length, origins)
         free = now
         for _ in range(_ROUNDS):

@@ -40,7 +40,18 @@ class FittedRows:
     path: tuple[Floats, Floats]
 
     def slip_of(self, origin_mm: float) -> float:
-        """Slip at an origin, counted as in ``slips``."""
+        """Slip at an origin.
+
+        Parameters
+        ----------
+        origin_mm : float, mm
+            Travel.
+
+        Returns
+        -------
+        float, mm
+            Counted as in ``slips``.
+        """
         return float(np.interp(origin_mm, *self.path))
 
 
