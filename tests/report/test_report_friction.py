@@ -67,3 +67,10 @@ def test_chapter_stands_on_the_photographs_alone_where_there_is_no_curve(own_fol
     chapter = friction_chapter(read_results(own_folder), Pen())
     assert len(chapter.drawings) == 1
     assert [table.caption for table in chapter.tables] == ["Mobilised friction, every photograph"]
+
+
+def test_bands_without_any_note_have_an_empty_one(folder):
+    path = folder / "softening.csv"
+    pd.read_csv(path).iloc[1:].to_csv(path, index=False)
+    (only,) = texts(friction_chapter(read_results(folder), Pen()).tables[0])
+    assert only[-1] == "an exponential fall describes the curve better"

@@ -76,7 +76,8 @@ def _softening(results: Results) -> pd.DataFrame | None:
     table = read_table(results.folder / "softening.csv", [n for n in SOFTENING_COLUMNS if n not in _TEXTS])
     if table is None or any(name not in table for name in _TEXTS):
         return None
-    return table.assign(**{name: table[name].fillna("").astype(str) for name in _TEXTS})
+    texts = {name: table[name].astype(object).where(table[name].notna(), "").astype(str) for name in _TEXTS}
+    return table.assign(**texts)
 
 
 _TEXTS = ("band", "law", "note")
