@@ -312,6 +312,7 @@ _KNOWN = (
     "layers.csv",
     "surface.csv",
     "model/force.csv",
+    "fit.json",
 )
 
 
