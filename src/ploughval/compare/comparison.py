@@ -101,19 +101,12 @@ def compare_test(
     curve = None if force is None else measured_curve(force, case.depth_mm)
     metrics: list[Metric] = []
     friction: FrictionFindings | None = None
-    peaks = switches = envelope = pairs = mobilised = table = mound = None
+    peaks = switches = envelope = mobilised = None
     if curve is not None:
         found, peaks, switches, envelope = compare_force(case, curve)
         metrics += found
-    if bands is not None:
-        found, pairs = band_metrics(case, bands, [t for t in (layers, surface) if t is not None])
-        metrics += found
-    if layers is not None:
-        found, table = layer_metrics(case, layers)
-        metrics += found
-    if surface is not None:
-        found, mound = mound_metrics(case, surface)
-        metrics += surface_metrics(case, surface) + found
+    found, shapes = _compare_shapes(case, bands, layers, surface)
+    metrics += found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
         friction = read_friction(scene, curve, bands, surface, increments)
         mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm, increments)
@@ -123,13 +116,31 @@ def compare_test(
         mobilised=mobilised,
         mobilised_curve=None if friction is None else friction.curve,
         softening=None if friction is None else friction.softening,
-        layer_distances=table,
-        mound=mound,
-        band_pairs=pairs,
         peaks=peaks,
         peak_pairs=switches,
         force_envelope=envelope,
+        **shapes,
     )
+
+
+def _compare_shapes(
+    case: Case, bands: pd.DataFrame | None, layers: pd.DataFrame | None, surface: pd.DataFrame | None
+) -> tuple[list[Metric], dict[str, pd.DataFrame | None]]:
+    """What the photographs show against the model: metrics, and tables by their names in a Comparison."""
+    metrics: list[Metric] = []
+    tables: dict[str, pd.DataFrame | None] = {}
+    if bands is not None:
+        found, tables["band_pairs"] = band_metrics(
+            case, bands, [t for t in (layers, surface) if t is not None]
+        )
+        metrics += found
+    if layers is not None:
+        found, tables["layer_distances"] = layer_metrics(case, layers)
+        metrics += found
+    if surface is not None:
+        found, tables["mound"] = mound_metrics(case, surface)
+        metrics += surface_metrics(case, surface) + found
+    return metrics, tables
 
 
 def metrics_mapping(comparison: Comparison) -> dict[str, dict[str, Any]]:
