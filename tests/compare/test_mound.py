@@ -166,6 +166,18 @@ def test_a_terrace_makes_the_flank_flatter_and_leaves_the_front_its_slope():
     assert found.slope.value == pytest.approx(32.0, abs=0.05)
 
 
+def test_a_terrace_as_high_as_a_reading_makes_it_uncertain():
+    def stepped(low):
+        upper, lower = heap(12.0, 32.0, 20.0), heap(low, 32.0, 60.0)
+        return np.column_stack([upper[:, 0], np.maximum(upper[:, 1], lower[:, 1])])
+
+    # 15 % of the crest is 1.8 mm; the noise is 0.15 mm.
+    just_under, just_over, clear = (mound_of(stepped(h), REST, 20.0, NOISY).flank for h in (1.7, 1.9, 6.0))
+    assert just_under.value - just_over.value > 5.0
+    assert abs(just_under.value - just_over.value) < 2 * max(just_under.std, just_over.std)
+    assert clear.std < 0.5
+
+
 def test_a_low_front_has_no_slope_but_a_place():
     found = mound_of(heap(2.0, 32.0, 30.0), REST, 20.0, NOISY)
     assert np.isnan(found.slope.value)

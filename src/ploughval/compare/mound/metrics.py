@@ -94,7 +94,9 @@ class _Part:
         self.case, self.part, self.note = case, part, note
         self.frames = [frame for frame, _, _ in pairs]
         self.experiment: Floats = np.array([measured.value for _, measured, _ in pairs])
-        self.own: Floats = np.array([measured.std for _, measured, _ in pairs])
+        # A terrace at the height of a reading may show in one surface and just not in the other: what such a
+        # surface leaves of the reading is asked of both.
+        self.own: Floats = np.array([max(measured.std, model.std) for _, measured, model in pairs])
         self.model: Floats = np.array([model.value for _, _, model in pairs])
         self.numerical: Floats = case.scene.model.tolerance * np.abs(self.model)
 
