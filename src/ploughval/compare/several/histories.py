@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ploughval.compare.force.alignment import aligned_u
 from ploughval.compare.force.curve import Curve, measured_curve
-from ploughval.compare.force.peaks import find_extremes, least_prominence
+from ploughval.compare.force.peaks import least_prominence, weak_prominence
+from ploughval.compare.force.reading import read_force
 from ploughval.compare.several.pooling import Pooled, pool
 from ploughval.compare.several.record import Record
 
 Floats = NDArray[np.float64]
 _STEPS_PER_DEPTH = 200
-_FIRST_PEAK_DEPTHS = 0.5  # a peak before this is the initial one, no switch
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,15 +114,15 @@ def _curve(record: Record) -> Curve | None:
 
 def _switches(curve: Curve, record: Record, end_d: float) -> tuple[Floats, Floats]:
     """Places of the switches within the common travel and their standard uncertainties, in depths."""
+    depth = record.depth_mm
     P0 = record.P0_N if np.isfinite(record.P0_N) else float(np.max(curve.force_N)) / 2
     stated = record.number("compare", "prominence")
-    extremes = find_extremes(curve, least_prominence(curve, P0, stated if np.isfinite(stated) else None))
-    depth = record.depth_mm
-    late = extremes["u_mm"] > _FIRST_PEAK_DEPTHS * depth
-    peaks = extremes[(extremes["kind"] == "peak") & late & (extremes["u_mm"] < end_d * depth)]
-    return peaks["u_mm"].to_numpy(dtype=np.float64) / depth, peaks["u_std_mm"].to_numpy(
-        dtype=np.float64
-    ) / depth
+    prominence = least_prominence(curve, P0, stated if np.isfinite(stated) else None)
+    switches = read_force(
+        curve.until(end_d * depth), prominence, depth, weak_N=weak_prominence(curve, P0)
+    ).switches
+    u_mm, std_mm = (switches[name].to_numpy(dtype=np.float64) for name in ("u_mm", "u_std_mm"))
+    return u_mm / depth, std_mm / depth
 
 
 def _aligned(
