@@ -66,7 +66,7 @@ def surface(marched, k):
 def old_price(marched, k, soil):
     """P / unit weight at row k of the band that was in force before it, by Eq. 1 from the surface."""
     x, y = surface(marched, k)
-    u, du, _, tan_beta, outcrop, _, _, slip = marched.rows[k - 1]
+    u, du, _, tan_beta, outcrop, _, _, slip = marched.rows[k - 1, :8]
     top = np.interp(outcrop, x, y)
     left = x < outcrop
     block = np.column_stack([np.append(x[left], outcrop), np.append(y[left], top)])
@@ -122,7 +122,7 @@ def check_continuity(scene, marched):
     )
     wall, repose = soil.wall_friction_deg, np.tan(np.radians(soil.slope_of_repose_deg))
     for k in range(len(rows) - 1):
-        u, du, force, tan_beta, outcrop, top, band, slip = rows[k]
+        u, du, force, tan_beta, outcrop, top, band, slip = rows[k, :8]
         (x, y), (x1, y1) = surface(marched, k), surface(marched, k + 1)
         most = du * (repose + tan_beta) * (1.0 + 1e-6) + 1e-6 * y[0]
         places = np.concatenate([x[x > x1[0]], x1])
