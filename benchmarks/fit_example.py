@@ -8,7 +8,7 @@ import pandas as pd
 
 from fit_records import FINE, Made, paper_soil, scene_of, virtual_record
 from ploughval.model import force_history
-from ploughval.model.fit import Discrepancy, SharedErrors, SoilFit, fit_soil
+from ploughval.model.fit import Discrepancy, SharedErrors, fit_soil
 
 # Lehane and Liu (2012), direct shear of the paper's sand at about 4 kPa, quoted by the paper
 SHEAR_BOX = {"peak_friction_deg": (50.0, 50.0), "residual_friction_deg": (32.0, 33.0)}
@@ -58,15 +58,14 @@ def records() -> list[tuple[str, Made]]:
     return found
 
 
-def example(out: Path) -> tuple[pd.DataFrame, dict[str, SoilFit]]:
-    """Fit every record; example.csv holds the intervals, example-curves.csv records and best fits."""
-    rows, fits, curves = [], {}, []
+def example(out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Fit every record: intervals (example.csv too), and rows of all records beside their best fits."""
+    rows, curves = [], []
     for name, made in records():
         fit = fit_soil(
             made.u_mm, made.force_N, made.noise_std_N, made.scene,
             shared=made.shared, discrepancy=made.discrepancy,
         )  # fmt: skip
-        fits[name] = fit
         curves.append(fit.curve.assign(record=name))
         for k, parameter in enumerate(fit.parameters):
             rows.append(
@@ -89,8 +88,7 @@ def example(out: Path) -> tuple[pd.DataFrame, dict[str, SoilFit]]:
         print(f"{name}\n{fit}\n", flush=True)
     table = pd.DataFrame(rows)
     table.to_csv(out / "example.csv", index=False, float_format="%.4g")
-    pd.concat(curves).to_csv(out / "example-curves.csv", index=False, float_format="%.4g")
-    return table, fits
+    return table, pd.concat(curves)
 
 
 def rankine(out: Path) -> pd.DataFrame:

@@ -4,8 +4,6 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from fit_coverage import coverage, shares
 from fit_example import example, rankine
 from fit_figures import intervals_figure, landscapes_figure, save, virtual_figure
@@ -34,8 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(table.to_string(index=False))
         save(landscapes_figure(maps), out / "landscapes.png")
     if "example" in options.parts:
-        table, _ = example(out)
-        curves = pd.read_csv(out / "example-curves.csv")
+        table, curves = example(out)
         save(intervals_figure(table), out / "example.png")
         if curves["record"].str.startswith("material").any():
             save(virtual_figure(curves), out / "virtual.png")
