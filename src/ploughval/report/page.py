@@ -26,7 +26,7 @@ from ploughval.report.several import find_several, several_context, write_number
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
-from ploughval.report.verdict import agreement_chapter, tiles, verdict
+from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
 
 PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
@@ -74,6 +74,7 @@ def single_page(results: Results) -> str:
     """The page of one test, as HTML."""
     pen = Pen()
     built = (
+        short_chapter(results),
         agreement_chapter(results, pen),
         force_chapter(results, pen),
         layers_chapter(results, pen),

@@ -85,6 +85,24 @@ def _travel_mm(results: Results) -> float | None:
     return None
 
 
+_SHORT = (
+    "first_peak_N", "force_mean_N", "first_switch_P0", "first_switch_u_d", "peak_spacing_d", "force_rms_P0",
+    "bands_count", "first_band_beta_deg", "first_outcrop_x_mm", "band_frequency_ratio",
+    "layers_rms_mm", "surface_crest_end_mm", "surface_slope_end_deg", "mobilised_peak_deg",
+    "mobilised_residual_deg",
+)  # fmt: skip
+_FEW = 20  # so many metrics need no shorter table before them
+
+
+def short_chapter(results: Results) -> Chapter | None:
+    """The metrics that one looks at first, where there are too many to look at all."""
+    if results.metrics is None or len(results.metrics.metrics) <= _FEW:
+        return None
+    found = results.metrics.metrics
+    chosen = {name: found[name] for name in _SHORT if name in found and found[name].agrees is not None}
+    return Chapter("short", "In short", tables=[_table("The test in a few numbers", chosen)]) if chosen else None
+
+
 def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
     """The tables of metrics, and their errors in validation uncertainties."""
     if results.metrics is None or not results.metrics.metrics:
@@ -93,7 +111,11 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
     judged = {name: metric for name, metric in metrics.items() if metric.agrees is not None}
     others = {name: metric for name, metric in metrics.items() if metric.agrees is None}
     tables = [
-        _table(title, {name: metric for name, metric in judged.items() if topic(name) == title})
+        _table(
+            title,
+            {name: metric for name, metric in judged.items() if topic(name) == title},
+            folded=len(judged) > _FEW,
+        )
         for title in dict.fromkeys(topic(name) for name in judged)
     ]
     if others:
