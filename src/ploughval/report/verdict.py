@@ -100,7 +100,9 @@ def short_chapter(results: Results) -> Chapter | None:
         return None
     found = results.metrics.metrics
     chosen = {name: found[name] for name in _SHORT if name in found and found[name].agrees is not None}
-    return Chapter("short", "In short", tables=[_table("The test in a few numbers", chosen)]) if chosen else None
+    if not chosen:
+        return None
+    return Chapter("short", "In short", tables=[_table("The test in a few numbers", chosen)])
 
 
 def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
