@@ -32,17 +32,24 @@ _DENSE_MM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """What the comparison takes: FORCE, BAND, LAYER and SURFACE_COLUMNS; None where there is none."""
+    """What the comparison takes: FORCE, BAND, LAYER, SURFACE and INCREMENT_COLUMNS; None: there is none."""
 
     force: pd.DataFrame | None
     bands: pd.DataFrame | None
     layers: pd.DataFrame | None
     surface: pd.DataFrame | None
+    increments: pd.DataFrame | None = None
 
     def compared(self, scene: Scene, history: History) -> Comparison:
         """The comparison of these tables with a model run."""
         return compare_test(
-            scene, history, force=self.force, bands=self.bands, layers=self.layers, surface=self.surface
+            scene,
+            history,
+            force=self.force,
+            bands=self.bands,
+            layers=self.layers,
+            surface=self.surface,
+            increments=self.increments,
         )
 
 
@@ -59,6 +66,7 @@ def measured_tables(folder: Path) -> Tables:
         table("bands"),
         table("layers"),
         None if surface is None else _with_std(surface, folder / "results"),
+        table("increments"),
     )
 
 
