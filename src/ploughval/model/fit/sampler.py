@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import MissingExtraError
+from ploughval.model.fit.intervals import WIDTH
 from ploughval.model.fit.objective import IMPOSSIBLE, Objective
 from ploughval.model.fit.variables import in_units
 
@@ -17,7 +18,7 @@ SEED = 20120917  # of the walkers: same record, same samples
 TOLERANCE = 1e-3
 
 
-def sample(objective: Objective, best: Floats, std: Floats, *, steps: int) -> dict[str, tuple[float, ...]]:
+def sample(objective: Objective, best: Floats, *, steps: int) -> dict[str, tuple[float, ...]]:
     """Percentiles of the posterior of each fitted parameter, flat over the range searched.
 
     Parameters
@@ -25,9 +26,7 @@ def sample(objective: Objective, best: Floats, std: Floats, *, steps: int) -> di
     objective : Objective
         Half its cost is minus the logarithm of the posterior.
     best : (V,) float
-        Where the walkers start around.
-    std : (K,) float
-        Standard uncertainties of the fitted parameters, for the first spread of the walkers.
+        Where the walkers start around, spread as the derivatives there say.
     steps : int
         Of each walker.
 
@@ -47,12 +46,8 @@ def sample(objective: Objective, best: Floats, std: Floats, *, steps: int) -> di
         raise MissingExtraError("emcee", "bayes", "samples of the fit") from error
     coarse = objective.at(tolerance=TOLERANCE)
     low, high = coarse.bounds(best)
-    rng = np.random.default_rng(SEED)
-    spread = np.full(len(best), 0.5)
-    spread[: len(std)] = np.where(np.isfinite(std), std, 0.1 * (high - low)[: len(std)])
-    spread[coarse.switches] = 2e-3 * coarse.space.scene.blade.depth_mm
     walkers = max(WALKERS, 2 * len(best) + 2)
-    start = np.clip(best + spread * rng.standard_normal((walkers, len(best))), low + 1e-9, high - 1e-9)
+    start = _spread(coarse, best, walkers)
 
     def log_posterior(unknowns: Floats) -> float:
         if np.any(unknowns < low) or np.any(unknowns > high) or _no_soil(coarse, unknowns):
@@ -69,6 +64,22 @@ def sample(objective: Objective, best: Floats, std: Floats, *, steps: int) -> di
         name: tuple(in_units(name, v) for v in np.percentile(kept[:, k], PERCENT))
         for k, name in enumerate(names)
     }
+
+
+def _spread(objective: Objective, best: Floats, walkers: int) -> Floats:
+    """First places of the walkers: normal about the best fit, with the covariance of its derivatives."""
+    low, high = objective.bounds(best)
+    span = high - low
+    values, vectors = np.linalg.eigh(_information(objective, best, span))
+    # what the record does not tell at all starts over a tenth of the range
+    roots = 1.0 / np.sqrt(np.maximum(values, 100.0))
+    normal = np.random.default_rng(SEED).standard_normal((walkers, len(best)))
+    return np.asarray(np.clip(best + span * (normal * roots @ vectors.T), low + 1e-9, high - 1e-9))
+
+
+def _information(objective: Objective, best: Floats, span: Floats) -> Floats:
+    slopes = objective.jacobian(best, WIDTH) * span
+    return np.asarray(slopes.T @ slopes)
 
 
 def _no_soil(objective: Objective, unknowns: Floats) -> bool:

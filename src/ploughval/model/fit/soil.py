@@ -143,7 +143,7 @@ def fit_soil(
     if extras is not None and extras.maps:
         found = replace(found, landscape=landscape(objective, best))
     if extras is not None and extras.samples:
-        found = replace(found, posterior=sample(objective, best, told.std, steps=extras.samples))
+        found = replace(found, posterior=sample(objective, best, steps=extras.samples))
     return found
 
 
