@@ -10,7 +10,7 @@ from ploughval.model.mechanism import block_areas, block_force
 from ploughval.model.settings import run_march, soil_law
 from ploughval.model.softening import mobilised_friction_deg
 from ploughval.model.surface import area_ahead
-from ploughval.scene import Scene
+from ploughval.scene import Box, Scene
 
 SCENES = 10_000
 STEP, TRAVEL = 0.15, 3.0  # depths
@@ -186,6 +186,24 @@ def test_random_scenes_under_surcharge_and_the_other_direction_end_and_keep_thei
         assert np.all(marched.rows[:, 2] > 0.0), number
         check_area(scene, marched)
     assert ended > 850
+
+
+def test_sand_stays_in_the_box_up_to_its_end():
+    # the front of the last block has room: nothing is pushed through the wall
+    rng, ends = np.random.default_rng(6), []
+    for number in range(300):
+        scene = random_scene(rng)
+        depth = scene.blade.depth_mm
+        scene = scene.model_copy(update={"box": Box(length_mm=depth * rng.uniform(9.0, 16.0))})
+        outcrop = "riding" if number % 5 == 0 else "stationary"
+        try:
+            marched = run_march(scene, soil_law(scene.soil, outcrop), 15.0 * depth, STEP * depth, store=True)
+        except ConvergenceError:  # the first band passes the end
+            continue
+        ends.append(marched.end)
+        assert np.isfinite(marched.rows).all(), number
+        check_area(scene, marched)
+    assert ends.count(End.NO_ROOM) > 100
 
 
 def test_two_outcrops_that_outbid_each_other_alternate_but_not_without_end():

@@ -158,7 +158,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     last = Trial(0.0, price, fresh, price, fresh)
     while True:
         if switches or law.peak <= law.residual or last.price < last.force:
-            end = lacking(last, now[0, n - 1])
+            end = lacking(last, now[0, n - 1] - step)  # room for the front of the block
             if end != 0 and band < 0:
                 break
             if end == 0:
@@ -174,8 +174,8 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
             pool, filled = _store(pool, filled, now, n)
         ends[count] = filled
         count += 1
-        if law.face != 0.0 and abs(now[1, n - 1] - far) > REACHED * now[1, 0]:
-            end = 1  # the end of the box is upright, not oblique: no avalanche against it
+        if is_full(now, n, law, last.band.outcrop + step, far):
+            end = 1
         if end != 0 or u >= travel:
             break
         du = min(step, travel - u)
@@ -194,6 +194,17 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
         now[:, :n] = to[:2, :n]
         u = travel if abs(u + last.du - travel) < 1e-12 * travel else u + last.du
     return March(rows[:count].copy(), ends[:count].copy(), pool[:, :filled].copy(), end)
+
+
+@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+def is_full(now: Floats, n: int, law: Law, front: float, far: float) -> bool:
+    """Whether the block's front would pass the end of the box, or an oblique heap has come to it.
+
+    The end is upright: in coordinates oblique with a face that leans no avalanche can be laid against it.
+    ``far`` is the height of the last node at first.
+    """
+    heaped = abs(now[1, n - 1] - far) > REACHED * now[1, 0]
+    return bool(front > now[0, n - 1] or (law.face != 0.0 and heaped))
 
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
