@@ -44,7 +44,7 @@ class History:
     force_std_N : float
         Numerical standard uncertainty of the force (rms over the history), from doubling the increment.
     P0_N : float
-        First force in level sand, closed form.
+        First force of one block in level sand, closed form.
     bands : DataFrame of BAND_COLUMNS
         One row a band, read where it starts; standard deviations are numerical.
     increments : sequence of Increment
