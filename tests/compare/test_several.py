@@ -299,6 +299,23 @@ def test_depth_uncertainty_enters_the_scaled_metric():
     assert Record("bare", {"blade": {"depth_mm": 30.0}}).scaled(Value("N", 10.0)) is None
 
 
+def test_the_depth_counts_once_in_an_error_whose_model_was_drawn_with_it():
+    """Of forces 2 u(d) / d: the model's side holds it, the measured one is known to 0.01 N."""
+    force = Value("N", 10.0, 0.01, 10.5, 0.2, 0.5, 0.2, False)
+    tests = [record(blade={"depth_std_mm": 0.3}, values={"first_peak_N": force}) for _ in range(2)]
+    (found,) = mean_errors(range(2), tests)
+    assert found.pooled.stated_std == pytest.approx(0.01 / tests[0].scale("N").size)
+
+
+def test_the_uncertainty_of_a_distance_is_kept_when_it_is_scaled():
+    """A distance has no measured value of its own; what is unknown of its points still counts."""
+    apart = Value("mm", error=0.4, experiment_std=0.3, model_std=0.1, validation_std=0.32)
+    for depth_std in (0.0, 0.3):
+        scaled = record(blade={"depth_std_mm": depth_std}).scaled(apart)
+        assert scaled.experiment_std == pytest.approx(0.3 / 30)
+        assert np.isnan(scaled.experiment)
+
+
 def test_metrics_without_dimension_keep_their_value_and_unit():
     for unit in ("degree", "P0", "d", "1/d", "%"):
         scaled = record().scaled(Value(unit, 10.0, 0.5))

@@ -73,7 +73,7 @@ def mean_errors(places: Sequence[int], records: Sequence[Record]) -> list[MeanEr
     for name in metric_names([records[place] for place in places]):
         known = {}
         for place in places:
-            scaled = records[place].scaled_metric(name)
+            scaled = records[place].scaled_metric(name, with_depth=False)
             if scaled is not None and np.isfinite(scaled.error):
                 known[place] = scaled
         if len(known) > 1:

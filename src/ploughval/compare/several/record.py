@@ -114,25 +114,34 @@ class Record:
             size *= weight * self.depth_mm**2 * self.number("blade", "width_mm") / 2
         return Scale(size, _WORDS[powers], 2 * powers[0] + powers[1]) if np.isfinite(size) else None
 
-    def scaled_metric(self, name: str) -> Value | None:
+    def scaled_metric(self, name: str, *, with_depth: bool = True) -> Value | None:
         """A metric by its name, scaled; None where the test does not have it or it cannot be scaled."""
         value = self.values.get(name)
-        return None if value is None else self.scaled(value)
+        return None if value is None else self.scaled(value, with_depth=with_depth)
 
-    def scaled(self, value: Value) -> Value | None:
-        """A metric divided by its scale, the depth's own uncertainty added to the measured side; or None."""
+    def scaled(self, value: Value, *, with_depth: bool = True) -> Value | None:
+        """A metric divided by its scale.
+
+        Parameters
+        ----------
+        value : Value
+            The metric.
+        with_depth : bool
+            Whether the depth's own uncertainty is added to the measured side, which then stands for the
+            stated depth. Not where an error is looked at: there the model's inputs hold it already.
+
+        Returns
+        -------
+        Value or None
+            None where the test does not state what the metric is scaled by.
+        """
         scale = self.scale(value.unit)
         if scale is None:
             return None
+        sides = ("experiment", "experiment_std", "model", "model_std", "error", "validation_std")
+        found = {side: getattr(value, side) / scale.size for side in sides}
         depth_std = self.number("blade", "depth_std_mm")
-        relative = scale.power * depth_std / self.depth_mm if np.isfinite(depth_std) and scale.power else 0.0
-        measured, model, error = (
-            value.experiment / scale.size,
-            value.model / scale.size,
-            value.error / scale.size,
-        )
-        std = float(np.hypot(value.experiment_std / scale.size, relative * measured))
-        return Value(
-            scale.words, measured, std, model, value.model_std / scale.size, error,
-            value.validation_std / scale.size, value.agrees,
-        )  # fmt: skip
+        if with_depth and scale.power and np.isfinite(depth_std) and np.isfinite(value.experiment):
+            own = scale.power * depth_std / self.depth_mm * found["experiment"]
+            found["experiment_std"] = float(np.hypot(found["experiment_std"], own))
+        return Value(scale.words, **found, agrees=value.agrees)
