@@ -1,16 +1,23 @@
 """Figures of the material-point run as an experiment: histories of both sides; errors in their own scale."""
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from PIL import Image
 
 from ploughval.scene import load_scene
 from study_model_figures import BLACK, BLUE, GREY, ORANGE, VERMILION, style
 
 _COLOURS = {"least_force": BLUE, "least_softened": VERMILION}
+_STAGES_MM = (24.0, 45.0)
+_EXTENT_MM = (-10.0, 160.0, -8.0, 62.0)
+_PREDICTED = "#56B4E9"
+_COLOURS_KEPT = 48
 _WIDEST = 12.0  # validation uncertainties that are drawn
 
 
@@ -61,7 +68,7 @@ def draw_histories(virtual: Path, results: Mapping[str, Path], path: Path) -> No
         friction.set_xlabel("u, mm")
         force.legend(frameon=False, fontsize=8)
         beta.legend(frameon=False, fontsize=8)
-        figure.savefig(path, dpi=85)
+        _save(figure, path, 85)
 
 
 def draw_verdicts(metrics: pd.DataFrame, rules: Sequence[str], path: Path) -> None:
@@ -83,9 +90,9 @@ def draw_verdicts(metrics: pd.DataFrame, rules: Sequence[str], path: Path) -> No
             )
             for value, row in zip(z[beyond], rows[beyond], strict=True):
                 side = np.sign(value) * _WIDEST
-                ax.annotate(f"{value:.0f}", (side, row + lift), xytext=(6 * np.sign(value), 0),
+                ax.annotate(f"{value:.0f}", (side, row + lift), xytext=(-5 * np.sign(value), 0),
                             textcoords="offset points", va="center", fontsize=6.5, color=_COLOURS[rule],
-                            ha="left" if value > 0 else "right", annotation_clip=False)  # fmt: skip
+                            ha="right" if value > 0 else "left")  # fmt: skip
         ax.set_yticks(rows, table.index)
         ax.tick_params(axis="y", length=0, labelsize=7)
         ax.grid(axis="y", linewidth=0.3, color="0.9")
@@ -93,4 +100,39 @@ def draw_verdicts(metrics: pd.DataFrame, rules: Sequence[str], path: Path) -> No
         ax.set_ylim(-0.8, len(table) - 0.2)
         ax.set_xlabel("E over its standard uncertainty; grey: agrees")
         ax.legend(frameon=False, fontsize=8, loc="lower right")
-        figure.savefig(path, dpi=85)
+        _save(figure, path, 85)
+
+
+def draw_layers(folder: Path, results: Mapping[str, Path], path: Path) -> None:
+    """Photographs at two stages, a column a rule: what was measured, and what the model predicts."""
+    scene = load_scene(folder, files=False)
+    (left, top), scale = scene.camera.tip_px, scene.camera.mm_per_px
+    blade = pd.read_csv(next(iter(results.values())) / "blade.csv")
+    with style():
+        figure = Figure(figsize=(9.0, 4.7), layout="constrained")
+        for row, u in zip(figure.subplots(2, 2, sharex=True, sharey=True), _STAGES_MM, strict=True):
+            frame = int((blade["u_mm"] - u).abs().argmin())
+            grey = cv2.imread(str(folder / "photos" / f"{frame:04d}.png"), cv2.IMREAD_GRAYSCALE)
+            small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+            height, width = grey.shape
+            place = (-left * scale, (width - left) * scale, (top - height) * scale, top * scale)
+            for ax, (rule, results_of_rule) in zip(row, results.items(), strict=True):
+                ax.imshow(small, cmap="gray", vmin=0, vmax=330, extent=place)
+                for table, colour in (("", ORANGE), ("model/", _PREDICTED)):
+                    for name in ("layers", "surface"):
+                        lines = pd.read_csv(results_of_rule / f"{table}{name}.csv").query(f"frame == {frame}")
+                        keys = ["layer", "source"] if name == "layers" else ["frame"]
+                        for _, line in lines.groupby(keys):
+                            ax.plot(line["x_mm"], line["y_mm"], color=colour, lw=0.9)
+                ax.set_xlim(_EXTENT_MM[:2])
+                ax.set_ylim(_EXTENT_MM[2:])
+                ax.set_ylabel("mm" if rule == next(iter(results)) else "")
+                ax.set_title(f"u = {blade['u_mm'][frame]:.1f} mm; blue: model, {rule}; orange: measured")
+        _save(figure, path, 75)
+
+
+def _save(figure: Figure, path: Path, dpi: int) -> None:
+    """A PNG of few colours: a quarter of the size."""
+    whole = io.BytesIO()
+    figure.savefig(whole, dpi=dpi)
+    Image.open(whole).convert("RGB").quantize(_COLOURS_KEPT).save(path, optimize=True)

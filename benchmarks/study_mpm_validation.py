@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mpm_validation_figures import draw_histories, draw_verdicts
+from mpm_validation_figures import draw_histories, draw_layers, draw_verdicts
 from ploughval import process
 from ploughval.scene import load_scene
 from study_model_virtual import davis, measured, mobilised, run_soil
@@ -48,6 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         own = own_table(options.virtual, load_scene(folder).blade.width_mm, results["least_force"])
         draw_histories(options.virtual, results, options.out / "histories.png")
         draw_verdicts(metrics, RULES, options.out / "verdicts.png")
+        draw_layers(folder, results, options.out / "layers.png")
         page = results["least_force"] / "report.html"
         print(f"page: {page.stat().st_size / 1e6:.2f} MB")
         if page.stat().st_size < LARGEST_PAGE:
