@@ -133,6 +133,9 @@ def test_metrics_hold_experiment_model_and_verdict(outcome):
         "validation_std",
         "agrees",
         "note",
+        "input_std",
+        "numerical_std",
+        "dominant_input",
     }
     judged = 0
     for name, metric in metrics.items():
