@@ -9,6 +9,7 @@ import json
 import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -34,35 +35,39 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("reports/validation"))
     parser.add_argument("--power", type=int, default=30, help="tests in which an input is told wrong")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--rows", type=Path, help="file for every metric of every test")
+    parser.add_argument(
+        "--kept", type=Path, help="folder in which every test's rows are kept and found again"
+    )
     options = parser.parse_args(arguments)
     folders = sorted(path.parent.parent for path in options.tests.glob("*/results/run.json"))
     options.out.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(options.workers) as pool:
-        rows = pd.DataFrame([row for rows in pool.map(_errors_of, folders) for row in rows])
+        rows = pd.concat(pool.map(partial(kept_rows, options.kept, "error"), folders), ignore_index=True)
         some = folders[: options.power]
-        found = [row for rows in pool.map(_verdicts_of, some) for row in rows]
-    if options.rows is not None:
-        rows.to_csv(options.rows, index=False)
+        found = list(pool.map(partial(kept_rows, options.kept, "power"), some))
     table = summary(rows)
     print(table.to_string(float_format=lambda v: f"{v:.3g}"))
     table.to_csv(options.out / "known-error.csv", float_format="%.4g", index_label="metric")
     draw_coverage(table, options.out / "known-error.png")
     if found:
-        power = power_table(pd.DataFrame(found))
+        power = power_table(pd.concat(found, ignore_index=True))
         print(power.to_string(index=False, float_format=lambda v: f"{v:.3g}"))
         power.to_csv(options.out / "known-error-power.csv", float_format="%.4g", index=False)
         draw_power(power, options.out / "known-error-power.png")
 
 
-def _errors_of(folder: Path) -> list[dict[str, object]]:
+def kept_rows(kept: Path | None, kind: str, folder: Path) -> pd.DataFrame:
+    """Rows of one test, of errors or of verdicts with an input told wrong, as kept or made anew."""
+    path = None if kept is None else kept / f"{folder.name}-{kind}.csv"
+    if path is not None and path.is_file():
+        return pd.read_csv(path, dtype={"folder": str})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the truth has no noise
-        return list(error_rows(folder))
-
-
-def _verdicts_of(folder: Path) -> list[dict[str, object]]:
-    return list(off_rows(folder))
+        rows = pd.DataFrame(error_rows(folder) if kind == "error" else off_rows(folder))
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        rows.to_csv(path, index=False)
+    return rows
 
 
 def off_rows(folder: Path) -> Iterator[dict[str, object]]:
