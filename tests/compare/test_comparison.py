@@ -210,3 +210,17 @@ def test_metrics_become_plain_json_with_null_for_unknown():
     assert list(mapping["force_mean_N"]) == keys.split()
     assert mapping["force_mean_N"]["unit"] == "N"
     assert mapping["work_mJ"]["unit"] == "mJ"
+
+
+def test_friction_is_not_read_before_a_blade_that_leans():
+    # atan(F / (W + F tan phi_w)) - beta would miss the inclination's part of the blade's push
+    upright = scene(wall_friction_deg=5.0)
+    leaning = upright.model_copy(update={"blade": upright.blade.model_copy(update={"inclination_deg": 10.0})})
+    assert compare_test(upright, StandIn(), **measured()).mobilised is not None
+    found = compare_test(leaning, StandIn(), **measured())
+    assert (found.mobilised, found.mobilised_curve, found.softening) == (None, None, None)
+    for name, given in (("peak", 50.0), ("residual", 32.0)):
+        metric = by_name(found)[f"mobilised_{name}_deg"]
+        assert np.isnan(metric.experiment)
+        assert metric.model == given
+        assert "leans by 10 degrees" in metric.note

@@ -9,8 +9,8 @@ import pytest
 
 from ploughval.axes import BAND_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Direction
 from ploughval.errors import ConfigError, DataError
-from ploughval.scene import Soil, Step, load_scene
-from ploughval.synth import SynthOptions, load_truth, make_folder
+from ploughval.scene import Scene, Soil, Step, load_scene
+from ploughval.synth import SynthOptions, load_truth, make_folder, options_like
 
 pytestmark = pytest.mark.usefixtures("toy_model")
 
@@ -188,3 +188,25 @@ def test_a_travel_beyond_the_models_end_is_refused_with_what_it_can_be(tmp_path,
 def test_a_folder_without_truth_says_so(tmp_path):
     with pytest.raises(DataError, match="no truth"):
         load_truth(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("place", "blade", "model"),
+    [
+        ("blade.inclination_deg", {"inclination_deg": 5.0}, {}),
+        ("model.mechanism", {}, {"mechanism": "two_blocks"}),
+        ("model.initial_surface_mm", {}, {"initial_surface_mm": [(0.0, 30.0), (90.0, 40.0)]}),
+    ],
+)
+def test_scenes_that_cannot_be_painted_are_refused(place, blade, model):
+    scene = Scene.model_validate(
+        {
+            "test": {"name": "t"},
+            "blade": {"depth_mm": 30.0, "width_mm": 218.0, **blade},
+            "soil": SMALL.soil.model_dump(),
+            "model": model,
+        }
+    )
+    with pytest.raises(ConfigError) as refused:
+        options_like(scene, SMALL)
+    assert [fault.place for fault in refused.value.faults] == [place]

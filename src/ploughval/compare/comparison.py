@@ -11,7 +11,7 @@ from ploughval.compare.case import Case
 from ploughval.compare.ensemble import draw_ensemble
 from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.force.metrics import compare_force
-from ploughval.compare.friction_metrics import friction_metrics
+from ploughval.compare.friction_metrics import friction_metrics, unread_friction
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
 from ploughval.compare.mobilised.frames import mobilised_table
 from ploughval.compare.mound.metrics import mound_metrics
@@ -94,7 +94,8 @@ def compare_test(
     Returns
     -------
     Comparison
-        Metrics of a table that is None are absent; a value that one side does not have is NaN with a note.
+        Metrics of a table that is None are absent; a value that one side does not have is NaN with a note,
+        and so is the friction before a blade that leans, which is not read.
     """
     end_mm = float(history.force["u_mm"].iloc[-1])
     case = Case(scene, history, draw_ensemble(scene, history, end_mm))
@@ -108,9 +109,12 @@ def compare_test(
     found, shapes = _compare_shapes(case, bands, layers, surface)
     metrics += found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
-        friction = read_friction(scene, curve, bands, surface, increments)
-        mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm, increments)
-        metrics += friction_metrics(case, mobilised, friction)
+        if scene.blade.inclination_deg == 0.0:
+            friction = read_friction(scene, curve, bands, surface, increments)
+            mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm, increments)
+            metrics += friction_metrics(case, mobilised, friction)
+        else:
+            metrics += unread_friction(case)
     return Comparison(
         tuple(metrics),
         mobilised=mobilised,

@@ -62,6 +62,30 @@ def friction_metrics(case: Case, mobilised: pd.DataFrame, found: FrictionFinding
     return metrics
 
 
+def unread_friction(case: Case) -> list[Metric]:
+    """Metrics of a friction that is not read, before a blade that leans: NaN, and why.
+
+    Parameters
+    ----------
+    case : Case
+        The model's side.
+
+    Returns
+    -------
+    list of Metric
+        Those of :func:`friction_metrics`, without what was measured.
+    """
+    soil, lean = case.scene.soil, case.scene.blade.inclination_deg
+    note = (
+        f"not read: block and force of an upright blade are supposed, and this one leans by {lean:g} degrees"
+    )
+    metrics = []
+    for name, key in _QUANTITIES.items():
+        value = float(getattr(soil, f"{key}_{name.split('_')[1]}"))
+        metrics.append(judge(f"mobilised_{name}", (np.nan, np.nan), (value, 0.0), note=note))
+    return metrics
+
+
 def _late(mobilised: pd.DataFrame, length_mm: float) -> tuple[tuple[float, float], str]:
     """Median friction, and its std, of frames with more slip than a length."""
     late = mobilised[(mobilised["status"] == "ok") & (mobilised["slip_mm"] > length_mm)]

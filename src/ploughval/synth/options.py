@@ -277,6 +277,7 @@ def options_like(scene: Scene, base: SynthOptions) -> SynthOptions:
         raise ConfigError(
             scene.source, [Fault("soil", "nothing", "a [soil] table", "The sand is made from it.")]
         )
+    _refuse_what_is_not_made(scene)
     blade, camera, cells, tracers = scene.blade, scene.camera, scene.loadcells, scene.tracers
     stated: dict[str, Any] = {
         "name": scene.test.name,
@@ -296,3 +297,18 @@ def options_like(scene: Scene, base: SynthOptions) -> SynthOptions:
     }
     given = {name: value for name, value in stated.items() if value is not None}
     return replace(base, soil=scene.soil, told_soil=None, **given)
+
+
+def _refuse_what_is_not_made(scene: Scene) -> None:
+    """Blades that lean, uneven ground and two blocks: synthetic sand is level and moves along one line."""
+    faults = []
+    if scene.blade.inclination_deg != 0.0:
+        faults.append(
+            Fault("blade.inclination_deg", f"{scene.blade.inclination_deg:g}", "0: an upright blade")
+        )
+    if scene.model.mechanism != "one_block":
+        faults.append(Fault("model.mechanism", repr(scene.model.mechanism), "'one_block'"))
+    if scene.model.initial_surface_mm is not None:
+        faults.append(Fault("model.initial_surface_mm", "a surface", "none: level sand"))
+    if faults:
+        raise ConfigError(scene.source, faults)
