@@ -28,27 +28,30 @@ def test_friction_from_a_closed_force_polygon_is_recovered(beta, phi, wall, weig
     assert float(mobilised_friction(force, weight, beta, wall)) == pytest.approx(phi, abs=1e-8)
 
 
-def scene(**soil):
+def scene(lean=0.0, **soil):
     base = {"unit_weight_kN_m3": 16.0, "peak_friction_deg": 50.0, "residual_friction_deg": 32.0}
-    return Scene.model_validate(
-        {"test": {"name": "t"}, "blade": {"depth_mm": 30, "width_mm": 218}, "soil": base | soil}
-    )
+    blade = {"depth_mm": 30, "width_mm": 218, "inclination_deg": lean}
+    return Scene.model_validate({"test": {"name": "t"}, "blade": blade, "soil": base | soil})
 
 
-def level_case(phi_deg, wall_deg=0.0, outcrop_x=80.0, stds=0.0):
-    """Level sand 30 mm above the tip, band fixed at an outcrop: area 15 (x - u), tan beta = 30 / (x - u)."""
+def level_case(phi_deg, wall_deg=0.0, outcrop_x=80.0, stds=0.0, *, lean_deg=0.0, load_kPa=0.0):
+    """Level sand 30 mm above the tip, band fixed at an outcrop: area 15 (x - face), tan beta = 30 / (x - u).
+
+    The face goes from the tip to the surface; a load stands on the surface ahead of it.
+    """
     u = np.arange(0.0, 20.0, 2.0)
-    length = outcrop_x - u
-    weight = 16e-6 * 15 * length * 218
+    length, face = outcrop_x - u, u + 30 * np.tan(np.radians(lean_deg))
+    weight = (16e-6 * 15 + 1e-3 * load_kPa) * (outcrop_x - face) * 218
     beta = np.degrees(np.arctan(30 / length))
-    inclined = [thrust(w, b, phi_deg, wall_deg) for w, b in zip(weight, beta, strict=True)]
-    force = np.cos(np.radians(wall_deg)) * np.array(inclined)  # the horizontal part: what load cells measure
+    inclined = [thrust(w, b, phi_deg, wall_deg + lean_deg) for w, b in zip(weight, beta, strict=True)]
+    # the horizontal part: what load cells measure
+    force = np.cos(np.radians(wall_deg + lean_deg)) * np.array(inclined)
     curve = model_curve(pd.DataFrame({"u_mm": u, "force_N": force}), stds)
-    x = np.arange(0, 200, 0.5)
+    x = np.arange(-50, 200, 0.5)
     surface = pd.concat(
         [
-            pd.DataFrame({"frame": k, "u_mm": one, "x_mm": x[x >= one], "y_mm": 30.0})
-            for k, one in enumerate(u)
+            pd.DataFrame({"frame": k, "u_mm": one, "x_mm": x[x >= start], "y_mm": 30.0})
+            for k, (one, start) in enumerate(zip(u, face, strict=True))
         ]
     )
     bands = pd.DataFrame([(1, 0.0, 18.0, beta[0], 0.0, outcrop_x, 0.0, 0.0)], columns=list(BAND_COLUMNS))
@@ -66,6 +69,19 @@ def test_level_sand_returns_the_friction_that_made_the_force(wall):
     s = np.linspace(80 - 18.0, 80, 2001)
     exact = np.trapezoid(np.sqrt(1 + 900 / s**2), s)
     assert table["slip_mm"].iloc[-1] == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize(("lean", "load"), [(15.0, 0.0), (-20.0, 0.0), (4.0, 1.0), (-8.0, 1.0)])
+def test_a_face_that_leans_bounds_the_block_and_inclines_the_force(lean, load):
+    curve, bands, surface, _ = level_case(38.0, 6.0, lean_deg=lean, load_kPa=load)
+    leaning = scene(lean, wall_friction_deg=6.0, surcharge_kPa=load)
+    table = mobilised_table(leaning, curve, bands, surface)
+    assert (table["status"] == "ok").all()
+    np.testing.assert_allclose(table["phi_deg"], 38.0, atol=1e-9)
+    # Block and blade keep in touch: the block moves by 1 / (1 - tan(lean) tan(beta)) along the box.
+    s = np.linspace(80 - 18.0, 80, 2001)
+    slip = np.hypot(1, 30 / s) / (1 - np.tan(np.radians(lean)) * 30 / s)
+    assert table["slip_mm"].iloc[-1] == pytest.approx(np.trapezoid(slip, s), rel=1e-3)
 
 
 def test_a_surcharge_weighs_on_the_block():

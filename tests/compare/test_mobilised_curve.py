@@ -125,7 +125,7 @@ def test_block_rests_until_its_band_starts_and_then_goes_on_evenly():
         return 2000.0 + 15.0 * (u - after) + 12.0 * after, 30.0 + 0.3 * after
 
     none = (0.0, 0.0)
-    blocks = [Block(*state(u), none, none, none, none) for u in seen.tolist()]
+    blocks = [Block(*state(u), 0.0, none, none, none, none) for u in seen.tolist()]
     u = np.linspace(0.0, 10.0, 101)
     track = track_block(u, seen, blocks, np.full(101, 120.0), 5.3)
     area, height = state(u)
@@ -136,19 +136,20 @@ def test_block_rests_until_its_band_starts_and_then_goes_on_evenly():
 
 def test_block_is_unknown_where_no_photograph_is_near():
     none = (0.0, 0.0)
-    blocks = [Block(2000.0, 30.0, none, none, none, none)] * 4
+    blocks = [Block(2000.0, 30.0, 0.0, none, none, none, none)] * 4
     u, seen = np.array([1.0, 9.0, 19.0, 30.0]), np.array([0.0, 2.0, 4.0, 20.0])
     track = track_block(u, seen, blocks, np.full(4, 120.0), 0.0)
     assert np.isfinite(track.area_mm2).tolist() == [True, False, False, False]
 
 
-def test_derivatives_of_a_block_are_those_of_the_block_of_a_changed_surface():
+@pytest.mark.parametrize("lean", [0.0, 0.1, -0.05])
+def test_derivatives_of_a_block_are_those_of_the_block_of_a_changed_surface(lean):
     u, line = 6.0, np.column_stack(heap(6.0))
-    block = block_of(line, u, 43.0, DEPTH)
+    block = block_of(line, u, 43.0, DEPTH, lean)
     small = 1e-4
 
     def change(other, outcrop=43.0):
-        moved = block_of(other, u, outcrop, DEPTH)
+        moved = block_of(other, u, outcrop, DEPTH, lean)
         return (moved.area_mm2 - block.area_mm2) / small, (moved.height_mm - block.height_mm) / small
 
     lifted = np.add(block.by_level, block.by_height)

@@ -62,7 +62,8 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
     notes: tuple[str, ...] = ()
     if curve is not None and len(curve):
         tables.append(_budget(curve))
-        notes = _notes(curve, _number(results.setting("soil", "wall_friction_deg") or 0.0))
+        inclines = (("soil", "wall_friction_deg"), ("blade", "inclination_deg"))
+        notes = _notes(curve, sum(_number(results.setting(*keys) or 0.0) for keys in inclines))
     tables.append(table_of(mobilised, "Mobilised friction, every photograph", folded=True))
     return Chapter("friction", "Mobilised friction", drawings=[drawing], tables=tables, notes=notes)
 
@@ -126,12 +127,12 @@ def _limits(low: float, high: float) -> str:
     )
 
 
-def _notes(curve: pd.DataFrame, wall_deg: float) -> tuple[str, ...]:
+def _notes(curve: pd.DataFrame, incline_deg: float) -> tuple[str, ...]:
     """What was taken as exact, and what friction on the blade would change."""
     exact = [_WORDS[name] for name in SOURCES if not curve[f"{name}_deg"].abs().max() > 0]
     said = [f"Taken as exact, no standard uncertainty being stated: {', '.join(exact)}."] if exact else []
-    F = curve["force_N"].to_numpy(float) * math.cos(math.radians(wall_deg))
-    by_wall = slopes(F, curve["weight_N"].to_numpy(float), wall_deg).wall
+    F = curve["force_N"].to_numpy(float) * math.cos(math.radians(incline_deg))
+    by_wall = slopes(F, curve["weight_N"].to_numpy(float), incline_deg).wall
     low, high = (number(float(np.nanpercentile(-by_wall, share)), 2) for share in (5, 95))
     said.append(f"A degree more of friction on the blade would lower the curve by {low} to {high} degrees.")
     return tuple(said)

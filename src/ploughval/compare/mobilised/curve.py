@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.block import Block, block_of
-from ploughval.compare.mobilised.inversion import mobilised_friction
+from ploughval.compare.mobilised.inversion import mobilised_friction, slip_rate
 from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
-from ploughval.compare.mobilised.sources import SOURCES, Response, input_stds, respond, weight_of
+from ploughval.compare.mobilised.sources import SOURCES, Response, incline_deg, input_stds, respond, weight_of
 from ploughval.compare.mobilised.surface import SeenSurface
 from ploughval.compare.mobilised.track import BlockTrack, track_block
 from ploughval.scene import Scene, Soil
@@ -42,7 +42,7 @@ class BandCurve:
         Middle and length of the travel over which the force is averaged.
     phi_deg : (N,) float, degrees
     stretch : (N,) float
-        Slip for a millimetre of travel, 1 / cos beta.
+        Slip for a millimetre of travel.
     response : Response
         Effects of the sources.
     beta_deg, weight_N, force_N : (N,) float
@@ -162,9 +162,10 @@ def _inverted(
     rows: tuple[Floats, Floats, Floats],
 ) -> BandCurve:
     u, width, F = rows
-    P, weight, beta = F / soil.horizontal_share, weight_of(scene, soil, track), track.beta_deg
-    phi = mobilised_friction(P, weight, beta, soil.wall_friction_deg)
-    stretch = 1 / np.cos(np.radians(beta))
+    incline, weight, beta = incline_deg(scene, soil), weight_of(scene, soil, track), track.beta_deg
+    P = F / np.cos(np.radians(incline))
+    phi = mobilised_friction(P, weight, beta, incline)
+    stretch = slip_rate(beta, scene.blade.inclination_deg)
     return BandCurve(*named, u, width, phi, stretch, response, beta, weight, P)
 
 
@@ -176,7 +177,7 @@ def seen_blocks(
     Parameters
     ----------
     scene : Scene
-        Depth of the blade.
+        Depth of the blade, and whether it leans.
     surface : SeenSurface
         What the photographs show.
     outcrop : Outcrop
@@ -189,10 +190,10 @@ def seen_blocks(
     (K,) float, mm, and list of K Block
         Travels of these photographs, and the blocks.
     """
-    known = []
+    known, lean = [], float(np.tan(np.radians(scene.blade.inclination_deg)))
     for u, line in zip(surface.u_mm.tolist(), surface.lines, strict=True):
         if span_mm[0] - 1e-9 <= u <= span_mm[1] + 1e-9:
-            block = block_of(line, u, float(outcrop.at(np.array([u]))[0]), scene.blade.depth_mm)
+            block = block_of(line, u, float(outcrop.at(np.array([u]))[0]), scene.blade.depth_mm, lean)
             if block is not None:
                 known.append((u, block))
     return np.array([u for u, _ in known]), [block for _, block in known]

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.curve import seen_blocks
-from ploughval.compare.mobilised.inversion import mobilised_friction
+from ploughval.compare.mobilised.inversion import mobilised_friction, slip_rate
 from ploughval.compare.mobilised.outcrop import Outcrop, outcrop_of
-from ploughval.compare.mobilised.sources import input_stds, respond, weight_of
+from ploughval.compare.mobilised.sources import incline_deg, input_stds, respond, weight_of
 from ploughval.compare.mobilised.surface import SeenSurface, seen_surface
 from ploughval.compare.mobilised.track import track_block
 from ploughval.scene import Scene
@@ -61,14 +61,14 @@ def mobilised_table(
     table = pd.DataFrame({"frame": seen.frames, "u_mm": seen.u_mm})
     for name in MOBILISED_COLUMNS[2:-1]:
         table[name] = np.nan
-    table["force_N"] = force.at(seen.u_mm)[0] / scene.soil.horizontal_share
+    table["force_N"] = force.at(seen.u_mm)[0] / np.cos(np.radians(incline_deg(scene, scene.soil)))
     table["status"] = "no_band"
     active = _active(seen.u_mm, bands)
     for row in range(len(bands)):
         outcrop = outcrop_of(bands.iloc[row], increments)
         _fill(table, scene, force, bands.iloc[row], outcrop, (seen, active == row))
     began = dict(zip(bands["band"].astype(int).tolist(), bands["u_start_mm"].tolist(), strict=True))
-    table["slip_mm"] = _slip(table, began | dict(origins_mm or {}))
+    table["slip_mm"] = _slip(table, began | dict(origins_mm or {}), scene.blade.inclination_deg)
     return table[list(MOBILISED_COLUMNS)]
 
 
@@ -103,9 +103,9 @@ def _fill(
     track = track_block(u, u, blocks, outcrop.at(u), float("nan"))
     F, _ = force.at(u)
     noise = np.interp(u, force.u_mm, force.noise_std_N)
-    weight, beta, wall = weight_of(scene, soil, track), track.beta_deg, soil.wall_friction_deg
+    weight, beta, incline = weight_of(scene, soil, track), track.beta_deg, incline_deg(scene, soil)
     stds = input_stds(scene, soil, force, seen[0], float(band["outcrop_std_mm"]))
-    phi = mobilised_friction(F / soil.horizontal_share, weight, beta, wall)
+    phi = mobilised_friction(F / np.cos(np.radians(incline)), weight, beta, incline)
     std = respond(scene, soil, stds, track, (F, noise)).std
     table.loc[known, "beta_deg"], table.loc[known, "weight_N"] = beta, weight
     table.loc[known, "phi_deg"], table.loc[known, "phi_std_deg"] = (
@@ -115,15 +115,15 @@ def _fill(
     table.loc[known, "status"] = np.where(np.isfinite(F), "ok", "no_force")
 
 
-def _slip(table: pd.DataFrame, starts: Mapping[int, float]) -> Floats:
-    """Slip gathered on the active band since it began, mm: the integral of du / cos beta over its frames."""
+def _slip(table: pd.DataFrame, starts: Mapping[int, float], inclination_deg: float) -> Floats:
+    """Slip gathered on the active band since it began, mm: the integral over its frames."""
     slip = np.full(len(table), np.nan)
     for number, start in starts.items():
         part = table[(table["band"] == number) & table["beta_deg"].notna()]
         if part.empty:
             continue
         u = part["u_mm"].to_numpy(dtype=np.float64)
-        rate = 1 / np.cos(np.radians(part["beta_deg"].to_numpy(dtype=np.float64)))
+        rate = slip_rate(part["beta_deg"].to_numpy(dtype=np.float64), inclination_deg)
         steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(u)
         slip[part.index.to_numpy()] = np.cumsum(np.append((u[0] - start) * rate[0], steps))
     return slip

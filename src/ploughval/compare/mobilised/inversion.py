@@ -29,7 +29,7 @@ def mobilised_friction(
     beta_deg : float or (N,) float, degrees
         Inclination of the band.
     wall_friction_deg : float, degrees
-        Friction angle between blade and sand.
+        Friction angle between blade and sand, plus the inclination of a face that leans.
 
     Returns
     -------
@@ -41,6 +41,25 @@ def mobilised_friction(
     wall = np.radians(wall_friction_deg)
     P, W = np.asarray(force_N, dtype=np.float64), np.asarray(weight_N, dtype=np.float64)
     return np.asarray(np.degrees(np.arctan2(P * np.cos(wall), W + P * np.sin(wall))) - beta_deg)
+
+
+def slip_rate(beta_deg: Floats, inclination_deg: float = 0.0) -> Floats:
+    """Slip for a millimetre of the blade's travel, by the triangle of velocities of blade and block.
+
+    Parameters
+    ----------
+    beta_deg : (N,) float, degrees
+        Inclination of the band.
+    inclination_deg : float, degrees
+        Of the face to the vertical; positive: its top leans ahead.
+
+    Returns
+    -------
+    (N,) float
+        cos alpha / cos(alpha + beta): 1 / cos beta before an upright face.
+    """
+    beta, alpha = np.radians(beta_deg), np.radians(inclination_deg)
+    return np.asarray(np.cos(alpha) / np.cos(alpha + beta))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +85,7 @@ def slopes(horizontal_N: Floats, weight_N: Floats, wall_friction_deg: float) -> 
     weight_N : (N,) float, N
         Weight of the block.
     wall_friction_deg : float, degrees
-        Friction angle between blade and sand.
+        Friction angle between blade and sand, plus the inclination of a face that leans.
 
     Returns
     -------

@@ -106,6 +106,21 @@ class Response:
         return np.asarray(np.sqrt(square))
 
 
+def incline_deg(scene: Scene, soil: Soil) -> float:
+    """Angle of the blade's force P below the horizontal: wall friction, and the face's inclination.
+
+    Parameters
+    ----------
+    scene, soil : Scene, Soil
+        Blade and friction on it.
+
+    Returns
+    -------
+    float, degrees
+    """
+    return soil.wall_friction_deg + scene.blade.inclination_deg
+
+
 def weight_of(scene: Scene, soil: Soil, track: BlockTrack) -> Floats:
     """Weight of the block with the load upon it, docs/theory-mobilised.md, eq. (2).
 
@@ -120,7 +135,8 @@ def weight_of(scene: Scene, soil: Soil, track: BlockTrack) -> Floats:
     -------
     (N,) float, N
     """
-    stress = soil.unit_weight_kN_m3 * 1e-6 * track.area_mm2 + soil.surcharge_kPa * 1e-3 * track.reach_mm
+    loaded = track.reach_mm - track.face_mm
+    stress = soil.unit_weight_kN_m3 * 1e-6 * track.area_mm2 + soil.surcharge_kPa * 1e-3 * loaded
     return np.asarray(stress * scene.blade.width_mm)  # kN/m3 = 1e-6 N/mm3, kPa = 1e-3 N/mm2
 
 
@@ -150,7 +166,7 @@ def respond(
     """
     F, noise = force
     weight = weight_of(scene, soil, track)
-    by = slopes(F, weight, soil.wall_friction_deg)
+    by = slopes(F, weight, incline_deg(scene, soil))
     unit, load = (
         v * scene.blade.width_mm for v in (soil.unit_weight_kN_m3 * 1e-6, soil.surcharge_kPa * 1e-3)
     )

@@ -16,8 +16,9 @@ _MOST_INTERVALS = 2.0  # of the photographs, over which the block is interpolate
 class BlockTrack:
     """A band's block at N travels; NaN where the photographs do not tell it.
 
-    ``outcrop_mm``, ``area_mm2``, ``height_mm``, ``reach_mm`` are (N,). ``by_level``, ``by_height``,
-    ``by_outcrop`` and ``by_scale`` (2, N) are the derivatives of area and height, as in :class:`Block`.
+    ``outcrop_mm``, ``area_mm2``, ``height_mm``, ``reach_mm``, ``face_mm`` are (N,). ``by_level``,
+    ``by_height``, ``by_outcrop`` and ``by_scale`` (2, N) are the derivatives of area and height, as in
+    :class:`Block`.
     ``share`` (K, N) is that of each of K photographs in the block; ``bend_mm2`` (N,) what its area may differ
     by between them, eq. (5).
     """
@@ -26,6 +27,7 @@ class BlockTrack:
     area_mm2: Floats
     height_mm: Floats
     reach_mm: Floats
+    face_mm: Floats
     by_level: Floats
     by_height: Floats
     by_outcrop: Floats
@@ -69,7 +71,9 @@ def track_block(
         nothing = np.full(len(u_mm), np.nan)
         pair = np.full((2, len(u_mm)), np.nan)
         none = np.empty((0, len(u_mm)))
-        return BlockTrack(outcrop_mm, nothing, nothing, nothing, pair, pair, pair, pair, none, nothing)
+        return BlockTrack(
+            outcrop_mm, nothing, nothing, nothing, nothing, pair, pair, pair, pair, none, nothing
+        )
     weights, resting = _weights(u_mm, seen_mm, start_mm)
     state = np.array([(b.area_mm2, b.height_mm) for b in blocks]).T  # (2, K)
     area, height = state @ weights
@@ -89,7 +93,8 @@ def track_block(
     # the area's second derivative is that of what flows over the outcrop, tan beta at most, eq. (5)
     reach = outcrop_mm - u_mm
     bend = np.abs(height / reach) * 4 * (weights**2 * (1 - weights) ** 2).sum(axis=0) / 2 * interval**2
-    return BlockTrack(outcrop_mm, area, height, reach, by[0], by[1], by[2], by[3], weights, bend)
+    face = np.array([b.face_mm for b in blocks]) @ weights
+    return BlockTrack(outcrop_mm, area, height, reach, face, by[0], by[1], by[2], by[3], weights, bend)
 
 
 def _weights(u_mm: Floats, seen_mm: Floats, start_mm: float) -> tuple[Floats, Floats]:
