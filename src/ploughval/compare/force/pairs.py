@@ -15,7 +15,6 @@ from ploughval.compare.validation import NAN, Metric, distance, verdict
 Floats = NDArray[np.float64]
 GATE_DEPTHS = 1.0  # partners lie no further apart
 _VALUES = ("u_mm", "force_N", "drop_N", "spacing_mm")
-_COMMON = "force_N"  # what all forces of a record share does not average out
 _PARTS = ("experiment", "experiment_std", "model", "error", "validation_std", "agrees")
 PAIR_COLUMNS = (
     "switch_experiment", "switch_model", *(f"{name}_{part}" for name in _VALUES for part in _PARTS),
@@ -28,12 +27,14 @@ class Pairs:
 
     ``measured``, ``predicted`` and the standard uncertainties are (P, 4) in the order of u_mm, force_N,
     drop_N, spacing_mm (travel from the pair before); ``drawn`` is (N, P, 4). NaN where a side lacks a value.
+    ``shared_std`` is the part of ``measured_std`` that is the same error in all pairs.
     """
 
     numbers: tuple[tuple[int, int], ...]
     alone: tuple[int, int]
     measured: Floats
     measured_std: Floats
+    shared_std: Floats
     predicted: Floats
     numerical_std: Floats
     drawn: Floats
@@ -42,6 +43,15 @@ class Pairs:
     def places_mm(self) -> tuple[Floats, Floats]:
         """Travel at the matched switches, measured and predicted."""
         return self.measured[:, 0], self.predicted[:, 0]
+
+    def mean_std(self, k: int, known: NDArray[np.bool_]) -> float:
+        """Standard uncertainty of the mean of the k-th measured value over some pairs."""
+        rows = np.flatnonzero(known)
+        if _VALUES[k] == "spacing_mm":  # the places between the ends cancel
+            return float(np.hypot(*self.measured_std[[rows[0] - 1, rows[-1]], 0])) / rows.size
+        shared = self.shared_std[rows, k]
+        fresh = np.sqrt(np.maximum(self.measured_std[rows, k] ** 2 - shared**2, 0.0))
+        return float(np.hypot(np.linalg.norm(fresh) / rows.size, shared.mean()))
 
 
 def match_places(first_mm: Floats, second_mm: Floats, gate_mm: float) -> tuple[tuple[int, int], ...]:
@@ -82,7 +92,17 @@ def match_switches(
         len(drawn), len(numbers), len(_VALUES)
     )
     alone = (len(sides[0]) - len(numbers), len(sides[1]) - len(numbers))
-    return Pairs(numbers, alone, values, stds, predicted, tolerance * np.abs(predicted), runs)
+    numerical = tolerance * np.abs(predicted)
+    return Pairs(numbers, alone, values, stds, _shared(measured, values), predicted, numerical, runs)
+
+
+def _shared(measured: Reading, values: Floats) -> Floats:
+    """The part of the uncertainty of measured values (P, 4) that offset and gain make, the same in all."""
+    shared = measured.curve.shared
+    stds = np.zeros(values.shape)
+    stds[:, 1] = [np.sqrt(shared.variance(force)) for force in values[:, 1]]
+    stds[:, 2] = shared.gain * values[:, 2]  # in a drop the offset cancels
+    return stds
 
 
 def _values(reading: Reading, numbers: Sequence[int]) -> tuple[Floats, Floats]:
@@ -138,13 +158,12 @@ def _mean_and_rms(
     what, unit = name.rsplit("_", 1)
     measured, predicted = pairs.measured[known, k], pairs.predicted[known, k]
     std, numerical = pairs.measured_std[known, k], pairs.numerical_std[known, k]
-    mean_std = _rms(std) if name == _COMMON else float(np.linalg.norm(std)) / std.size
     centre = float(predicted.mean())
     spread = ensemble.spread_of(centre, pairs.drawn[:, known, k].mean(axis=1))
     found = [
         judge_spread(
             f"switch_{what}_mean_{unit}",
-            (float(measured.mean()), mean_std),
+            (float(measured.mean()), pairs.mean_std(k, known)),
             (centre, float(numerical.mean())),
             spread,
             f"mean {note}",
@@ -159,7 +178,7 @@ def _mean_and_rms(
                 numerical_std=_rms(numerical),
                 input_std=_rms(_input_std(pairs)[known, k]),
                 dominant_input=spread.dominant,
-                note=f"rms of the differences {note}",
+                note=f"rms of the differences {note}{spread.remark}",
             )
         )
     return found
