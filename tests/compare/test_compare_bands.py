@@ -194,7 +194,8 @@ def test_calibration_moves_all_outcrops_together():
     metrics, _ = compared(measured, calibration_std_mm=0.7)
     assert metrics["band_outcrop_mean_mm"].experiment_std == pytest.approx(np.hypot(1 / np.sqrt(3), 0.7))
     assert metrics["first_outcrop_x_mm"].experiment_std == pytest.approx(np.hypot(1.0, 0.7))
-    assert metrics["band_outcrop_spacing_mean_mm"].experiment_std == pytest.approx(1.0)
+    # Two spacings, of three outcrops: the mean is a half of third less first.
+    assert metrics["band_outcrop_spacing_mean_mm"].experiment_std == pytest.approx(np.sqrt(2.0) / 2)
 
 
 def test_inputs_spread_every_quantity_of_every_band():
@@ -227,6 +228,41 @@ def test_a_band_that_has_hardly_begun_counts_on_neither_side():
     # The looks are 2 mm apart and end at 100 mm: at 97.5 it has to be seen.
     metrics, _ = compared(bands((0, 38, 20, 82), (38, 100, 14, 157)), (*MODEL[:2], (97.5, 120, 13, 250)))
     assert metrics["bands_count"].error == 1
+
+
+def test_two_photographs_show_the_band_that_is_there_from_the_first():
+    """Whether blade's noise makes the first travel a little more or less than 0 decides nothing."""
+    for first in (-0.01, 0.0, 0.01):
+        looks = np.array([first, 6.0])
+        metrics, _ = compared(bands((first, 6.0, 21, 82)), looks=looks)
+        assert (metrics["bands_count"].experiment, metrics["bands_count"].model) == (1, 1)
+        assert metrics["bands_matched_count"].experiment == 1
+
+
+def test_a_mean_life_is_as_well_known_as_its_ends():
+    """Lives that follow each other: 30 draws of the starts of four bands, read anew, are the truth."""
+    rng = np.random.default_rng(0)
+    whole = np.array([0.0, 20.0, 44.0, 70.0])
+    means = []
+    for _ in range(400):
+        a, b, c, d = whole + rng.normal(0, 0.2, 4)  # a tenth of the interval of 2 mm
+        means.append(np.mean([b - a, c - b, d - c]))
+    rows = [
+        (x, y, 20 - k, 80 + 40 * k) for k, (x, y) in enumerate(zip(whole, [*whole[1:], 100.0], strict=True))
+    ]
+    metrics, _ = compared(bands(*rows), model=rows)
+    assert metrics["band_life_mean_mm"].experiment_std == pytest.approx(np.std(means), rel=0.1)
+    assert metrics["band_start_spacing_mean_mm"].experiment_std == pytest.approx(np.std(means), rel=0.1)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.999999, 1.0, 1.2, 3.0])
+def test_the_verdict_on_the_frequency_is_that_of_its_logarithm(ratio):
+    """A third as often is as far from equal as three times as often."""
+    model = np.array([20.0, 24.0, 30.0])
+    found = frequency_ratio(Spacings(ratio * model * [0.9, 1.0, 1.1], np.nan), Spacings(model, np.nan))
+    assert (abs(found.value - 1) <= 2 * found.std) == (abs(np.log(found.value)) <= 2 * found.ln_std)
+    turned = frequency_ratio(Spacings(model, np.nan), Spacings(ratio * model * [0.9, 1.0, 1.1], np.nan))
+    assert (turned.value - 1) / turned.std == pytest.approx(-np.log(found.value) / found.ln_std, rel=1e-6)
 
 
 def test_unmatched_bands_are_named_with_their_place():

@@ -32,6 +32,15 @@ class Ratio(NamedTuple):
     high: float
     pairs: int
 
+    @property
+    def std(self) -> float:
+        """``ln_std`` for differences from 1: value - 1 is as many of it as ln(value) is of ``ln_std``.
+
+        A ratio is never below 0, so that ``ln_std`` itself would let one of a third pass for 1.
+        """
+        ln = float(np.log(self.value))
+        return self.ln_std * ((self.value - 1.0) / ln if abs(ln) > 1e-9 else 1.0)
+
 
 def spacings(starts_mm: Floats, last_mm: float) -> Spacings:
     """Spacings of the bands that a record shows.

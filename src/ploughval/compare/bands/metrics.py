@@ -82,8 +82,12 @@ def _window(measured: pd.DataFrame, framed: Sequence[pd.DataFrame], end_mm: floa
 
 
 def _limit(window: Window, end_mm: float) -> float:
-    """Travel before which a band must begin: an interval later the record ends, and has hardly seen it."""
-    return min(window.last_mm, end_mm) - float(np.nan_to_num(window.interval_mm))
+    """Travel before which a band must begin: an interval later the record ends, and has hardly seen it.
+
+    A band that is there from the first look on was seen, however few looks follow.
+    """
+    before_end = min(window.last_mm, end_mm) - float(np.nan_to_num(window.interval_mm))
+    return max(before_end, window.first_mm + float(np.nan_to_num(window.slack_mm)))
 
 
 def _calibrated(measured: pd.DataFrame, framed: Sequence[pd.DataFrame]) -> pd.DataFrame:
@@ -124,7 +128,7 @@ def _frequency(
     )
     ratio = case.numerical(Quantity(found.value, 0.0))
     spread = case.input_spread(values)["ratio"]
-    return [judge_spread("band_frequency_ratio", (1.0, found.ln_std), ratio, spread, said)]
+    return [judge_spread("band_frequency_ratio", (1.0, found.std), ratio, spread, said)]
 
 
 def _counted(pairs: pd.DataFrame, note: str) -> list[Metric]:

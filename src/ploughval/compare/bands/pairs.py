@@ -27,6 +27,10 @@ PAIR_COLUMNS = (
     "band_experiment", "band_model", "complete_experiment", "complete_model", "joined_experiment",
     *(f"{name}_{ending}" for name in QUANTITIES for ending in _ENDINGS),
 )  # fmt: skip
+_CHAINED = {  # lengths between places, each the end of one and the start of the next
+    "start_spacing_mm": "u_start_mm", "life_mm": "u_start_mm", "outcrop_spacing_mm": "outcrop_x_mm",
+}  # fmt: skip
+_SAME_MM = 1e-6
 _PLACES = ("outcrop_x_mm", "ahead_mm")  # what the calibration's error moves as a whole
 
 
@@ -127,11 +131,11 @@ def pair_metrics(case: Case, pairs: pd.DataFrame, predicted: Predicted, interval
             judge_spread(f"band_{_NAMES[name]}_mean_{unit}", experiment, model, spreads[name], note)
         )
         if count > 1:
-            metrics.append(_rms_metric(name, part, f"band_{_NAMES[name]}_rms_{unit}"))
+            metrics.append(_rms_metric(name, part, f"band_{_NAMES[name]}_rms_{unit}", spreads[name].remark))
     return metrics
 
 
-def _rms_metric(name: str, part: pd.DataFrame, metric: str) -> Metric:
+def _rms_metric(name: str, part: pd.DataFrame, metric: str, remark: str) -> Metric:
     stds = (_experiment_std(name, part), part[f"{name}_numerical_std"], part[f"{name}_input_std"])
     experiment, numerical, inputs = (float(np.sqrt(np.mean(np.asarray(std) ** 2))) for std in stds)
     return distance(
@@ -140,7 +144,7 @@ def _rms_metric(name: str, part: pd.DataFrame, metric: str) -> Metric:
         experiment_std=experiment,
         numerical_std=numerical,
         input_std=inputs,
-        note=f"differences of {len(part)} matched bands, model minus experiment",
+        note=f"differences of {len(part)} matched bands, model minus experiment{remark}",
     )
 
 
@@ -184,7 +188,19 @@ def _shared_std(name: str, pairs: pd.DataFrame) -> Floats:
 
 
 def _mean_std(name: str, part: pd.DataFrame) -> float:
-    """Of the mean over pairs: own parts average out, the shared one does not."""
+    """Of the mean over pairs: own parts average out, the shared one does not.
+
+    Where one length ends at the place at which the next begins, that place's error is in both with opposite
+    sign, and cancels.
+    """
     own = part[f"{name}_std_experiment"].to_numpy(dtype=np.float64)
-    fresh = float(np.sqrt(np.sum(own**2))) / len(part)
+    variance = float(np.sum(own**2))
+    if name in _CHAINED:
+        place, std = (
+            part[f"{_CHAINED[name]}{end}"].to_numpy(float) for end in ("_experiment", "_std_experiment")
+        )
+        ends = place + part[f"{name}_experiment"].to_numpy(dtype=np.float64)
+        met = np.abs(ends[:-1] - place[1:]) < _SAME_MM
+        variance -= 2.0 * float(np.sum(std[1:][met] ** 2))
+    fresh = float(np.sqrt(max(variance, 0.0))) / len(part)
     return float(np.hypot(fresh, _shared_std(name, part).mean()))
