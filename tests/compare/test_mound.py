@@ -178,6 +178,19 @@ def test_a_terrace_as_high_as_a_reading_makes_it_uncertain():
     assert clear.std < 0.5
 
 
+@pytest.mark.parametrize("crest", [1.3, 2.0, 3.1, 6.0])
+def test_no_flank_is_told_with_an_uncertainty_that_an_angle_cannot_have(crest):
+    """Noise of a tenth of the crest or more, and a terrace at 15 % of it: the run may be next to nothing."""
+    noisy = Reading(DEPTH, 0.3, 0.2, 15.0)
+    for share in (0.1, 0.15, 0.2, 0.8, 0.85):
+        upper, lower = heap(crest, 32.0, 20.0), heap(share * crest, 32.0, 60.0)
+        found = mound_of(
+            np.column_stack([upper[:, 0], np.maximum(upper[:, 1], lower[:, 1])]), REST, 20.0, noisy
+        )
+        assert np.isnan(found.flank.value) == np.isnan(found.flank.std)
+        assert not found.flank.std > 0.5 * np.degrees(0.5)  # slope / 2 of its tangent is at most so much
+
+
 def test_a_low_front_has_no_slope_but_a_place():
     found = mound_of(heap(2.0, 32.0, 30.0), REST, 20.0, NOISY)
     assert np.isnan(found.slope.value)

@@ -135,7 +135,7 @@ class _Part:
                 numerical_std=_rms(self.numerical),
                 input_std=_rms(np.array(staged)),
                 dominant_input=spreads["mean"].dominant,
-                note=over,
+                note=f"{over}{spreads['mean'].remark}",
             ),
         ]
 

@@ -15,6 +15,7 @@ _FLATTER = 0.5  # of the steepest so far: where the front's slope ends
 _MIDDLE = (0.15, 0.85)  # of the front's height: between its rounded foot and shoulder
 _BEHIND_DEPTHS = 0.1  # a surface that begins further ahead of the face does not tell its height there
 _GREATEST = np.sqrt(2.0)
+_LEAST_KNOWN = 2.0  # stds that a flank's length must be: of one less known the slope may be anything
 _CORNER_DEPTHS = 0.01  # std of a front's place from how a measured surface rounds its foot
 _PAST_DEPTHS = 0.5  # the area is taken so far past the front
 
@@ -185,10 +186,11 @@ def _flank(x: Floats, height: Floats, crest_mm: float, reading: Reading) -> Quan
     if crest_mm < max(_SCARP_DEPTHS * reading.depth_mm, _SCARP_NOISE * reading.noise_mm):
         return MISSING
     (low, low_std), (high, high_std) = (_crossing(x, height, share * crest_mm, reading) for share in _MIDDLE)
-    if low - high < reading.step_mm:
+    length, length_std = low - high, float(np.hypot(low_std, high_std))
+    if length < max(reading.step_mm, _LEAST_KNOWN * length_std):
         return MISSING
-    slope = fall / (low - high)
-    std = slope * np.hypot(low_std, high_std) / (low - high)
+    slope = fall / length
+    std = slope * length_std / length
     return Quantity(float(np.degrees(np.arctan(slope))), float(np.degrees(std) / (1.0 + slope**2)))
 
 
