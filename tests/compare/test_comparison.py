@@ -123,6 +123,27 @@ def test_a_model_that_is_the_experiment_agrees_everywhere():
     assert found["peaks_count"].experiment == found["peaks_count"].model == 2
 
 
+def test_a_record_that_begins_late_is_compared_over_what_both_show():
+    """The first 10 mm cut off: the same sand still agrees, and the model's first peak does not count."""
+    tables = NOTHING | {"force": measured()["force"].query("u_mm > 10").reset_index(drop=True)}
+    found = by_name(compare_test(scene(), StandIn(force_std_N=0.01), **tables))
+    mean = found["force_mean_N"]
+    whole = np.linspace(10, 60, 5001)
+    assert mean.model == pytest.approx(np.interp(whole, U, F).mean(), abs=0.01)
+    assert mean.agrees
+    assert found["work_mJ"].error == pytest.approx(0.0, abs=0.3)
+    assert (found["peaks_count"].experiment, found["peaks_count"].model) == (1, 1)
+    assert found["switches_per_depth"].error == pytest.approx(0.0, abs=1e-9)
+    assert "from 10" in mean.note
+
+
+def test_a_force_that_is_no_load_has_no_share_of_it():
+    tables = NOTHING | {"force": measured(scale=-1.0)["force"]}
+    found = by_name(compare_test(scene(), StandIn(force_std_N=0.01), **tables))
+    assert found["area_validation_P0"].error > 1.0
+    assert "area_validation_percent" not in found
+
+
 def test_a_force_ten_per_cent_off_is_refused_and_measured():
     found = by_name(compare_test(scene(), StandIn(), **measured(scale=1.1)))
     grid = np.linspace(0, 60, 60001)

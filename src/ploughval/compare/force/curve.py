@@ -83,6 +83,18 @@ class Curve:
         u = np.append(self.u_mm[kept], limit_mm)
         return Curve(u, cut(self.force_N), cut(self.noise_std_N), cut(self.shared_std_N), self.step_mm)
 
+    def since(self, begin_mm: float) -> "Curve":
+        """The curve from a travel on, with an interpolated point there."""
+        if begin_mm <= self.u_mm[0]:
+            return self
+        kept = self.u_mm > begin_mm
+
+        def cut(values: Floats) -> Floats:
+            return np.append(np.interp(begin_mm, self.u_mm, values), values[kept])
+
+        u = np.append(begin_mm, self.u_mm[kept])
+        return Curve(u, cut(self.force_N), cut(self.noise_std_N), cut(self.shared_std_N), self.step_mm)
+
     def at(self, u_mm: Floats) -> tuple[Floats, Floats]:
         """Force and its standard uncertainty at travels, by linear interpolation; NaN outside."""
         inside = (u_mm >= self.u_mm[0] - self.step_mm) & (u_mm <= self.u_mm[-1] + self.step_mm)

@@ -97,10 +97,13 @@ def _area(histories: Histories, P0_N: float, note: str) -> list[Metric]:
     runs = histories.drawn if len(histories.drawn) else histories.model[None]
     area = float(np.nanmean(area_metric(histories.measured, histories.measured_std, runs)))
     said = f"area between the distributions of measured force and of {len(runs)} runs; {note}"
-    percent = 100 * area / float(np.nanmean(histories.measured))
+    found = {"area_validation_P0": area / P0_N}
+    mean = float(np.nanmean(histories.measured))
+    if mean > 0:  # of a force that is no load there is no share
+        found["area_validation_percent"] = 100 * area / mean
     return [
         distance(name, value, experiment_std=NAN, numerical_std=NAN, note=said)
-        for name, value in (("area_validation_P0", area / P0_N), ("area_validation_percent", percent))
+        for name, value in found.items()
     ]
 
 

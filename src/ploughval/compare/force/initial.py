@@ -62,7 +62,7 @@ def find_initial(curve: Curve, extremes: pd.DataFrame, depth_mm: float) -> Initi
     peaks = extremes[extremes["kind"] == "peak"]
     limit = LATEST_DEPTHS * depth_mm
     begin = float(curve.u_mm[0])
-    late = begin > max(3 * curve.step_mm, _LATE_DEPTHS * depth_mm)
+    late = begins_late(curve, depth_mm)
     early = peaks[peaks["u_mm"] <= limit]
     if len(early):
         top = early.iloc[0]
@@ -74,6 +74,11 @@ def find_initial(curve: Curve, extremes: pd.DataFrame, depth_mm: float) -> Initi
             return Initial(u, u_std, force, float(np.hypot(std, rounding)), int(early.index[0]), "")
         limit = float(top["u_mm"])
     return _knee(curve.until(limit), late=late)
+
+
+def begins_late(curve: Curve, depth_mm: float) -> bool:
+    """Whether a record has not seen the rise of the force from the first travel on."""
+    return bool(curve.u_mm[0] > max(3 * curve.step_mm, _LATE_DEPTHS * depth_mm))
 
 
 def _missing(why: str) -> Initial:

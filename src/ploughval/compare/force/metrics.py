@@ -10,6 +10,7 @@ from ploughval.compare.case import Case, join_scalars
 from ploughval.compare.force.curve import Curve, model_curve
 from ploughval.compare.force.envelope import envelope_table
 from ploughval.compare.force.history import common_histories, history_metrics
+from ploughval.compare.force.initial import begins_late
 from ploughval.compare.force.pairs import match_switches, pair_metrics, pair_table
 from ploughval.compare.force.peaks import Quantity, least_prominence, weak_prominence
 from ploughval.compare.force.reading import Reading, read_force
@@ -63,8 +64,11 @@ def compare_force(case: Case, measured_curve: Curve) -> ForceComparison:
     prominence = least_prominence(common, P0, case.scene.compare.prominence)
     weak = weak_prominence(common, P0)
 
+    begin = float(common.u_mm[0]) if begins_late(common, depth) else 0.0
+    note = f"over {limit - begin:.4g} mm of travel" + (f" from {begin:.4g} mm on" if begin else "")
+
     def read(curve: Curve) -> Reading:
-        return read_force(curve.until(limit), prominence, depth, weak_N=weak)
+        return read_force(curve.until(limit), prominence, depth, weak_N=weak, begin_mm=begin)
 
     def of_model(one: "History") -> Reading:
         return read(model_curve(one.force, one.force_std_N, one.horizontal_share))
@@ -81,9 +85,7 @@ def compare_force(case: Case, measured_curve: Curve) -> ForceComparison:
     def values(one: "History") -> Mapping[str, Quantity]:
         return force_quantities(known[id(one)], depth, limit_mm=limit)
 
-    scalars = join_scalars(
-        case, force_quantities(measured, depth, limit_mm=limit), values, f"over {limit:.4g} mm of travel"
-    )
+    scalars = join_scalars(case, force_quantities(measured, depth, limit_mm=limit), values, note)
     pairs = match_switches(measured, model, drawn, depth_mm=depth, tolerance=case.scene.model.tolerance)
     histories = common_histories(measured.curve, model.curve, [one.curve for one in drawn])
     metrics = [

@@ -23,16 +23,19 @@ class Reading:
         PEAK_COLUMNS.
     initial : Initial
         The initial force.
+    begin_mm : float
+        Travel at which the record begins that this one is compared with: peaks before it do not count.
     """
 
     curve: Curve
     extremes: pd.DataFrame
     initial: Initial
+    begin_mm: float = 0.0
 
     @property
     def peaks(self) -> pd.DataFrame:
         """Rows of the peaks, the initial one included."""
-        return self.extremes[self.extremes["kind"] == "peak"]
+        return self.extremes[(self.extremes["kind"] == "peak") & (self.extremes["u_mm"] >= self.begin_mm)]
 
     @property
     def switches(self) -> pd.DataFrame:
@@ -47,7 +50,14 @@ class Reading:
         return lows.iloc[: 1 if self.initial.row >= 0 else 0]
 
 
-def read_force(curve: Curve, prominence_N: float, depth_mm: float, *, weak_N: float | None = None) -> Reading:
+def read_force(
+    curve: Curve,
+    prominence_N: float,
+    depth_mm: float,
+    *,
+    weak_N: float | None = None,
+    begin_mm: float = 0.0,
+) -> Reading:
     """Find peaks, troughs and the initial force of a history.
 
     Whether the force falls much or little after its initial peak depends on the sand. Where no peak of full
@@ -64,6 +74,8 @@ def read_force(curve: Curve, prominence_N: float, depth_mm: float, *, weak_N: fl
         Depth of the tip.
     weak_N : float or None
         Least prominence of the initial peak, N; None: that of the others.
+    begin_mm : float
+        Travel before which peaks do not count.
     """
     rebound = REBOUND_DEPTHS * depth_mm
     extremes = find_extremes(curve, prominence_N, rebound_mm=rebound)
@@ -73,4 +85,4 @@ def read_force(curve: Curve, prominence_N: float, depth_mm: float, *, weak_N: fl
         before = min(LATEST_DEPTHS * depth_mm, float(switches.min()) if len(switches) else float("inf"))
         extremes = find_extremes(curve, prominence_N, rebound_mm=rebound, weak=Weak(before, weak_N))
         initial = find_initial(curve, extremes, depth_mm)
-    return Reading(curve, extremes, initial)
+    return Reading(curve, extremes, initial, begin_mm)

@@ -37,7 +37,9 @@ def force_quantities(
     curve, initial = reading.curve, reading.initial
     peaks, switches, trough = reading.peaks, reading.switches, reading.first_trough
     whole = limit_mm is None or curve.end_mm >= limit_mm * (1 - 1e-6)
-    mean = _mean(curve) if whole else MISSING
+    common = curve.since(reading.begin_mm)
+    travel_mm = curve.end_mm - reading.begin_mm
+    mean = _mean(common) if whole else MISSING
     shared = curve.shared
 
     def in_P0(force: Quantity) -> Quantity:
@@ -45,7 +47,7 @@ def force_quantities(
 
     found = {
         "force_mean_N": mean,
-        "work_mJ": Quantity(mean.value * curve.end_mm, mean.std * curve.end_mm),
+        "work_mJ": Quantity(mean.value * travel_mm, mean.std * travel_mm),
         "first_peak_N": Quantity(initial.force_N, initial.force_std_N),
         "first_trough_N": _entry(trough, "force_N", "force_std_N"),
         "first_switch_u_mm": _entry(switches, "u_mm", "u_std_mm"),
@@ -53,7 +55,7 @@ def force_quantities(
         "first_switch_drop_N": _entry(switches, "drop_N", "drop_std_N"),
         "peaks_count": Quantity(float(len(peaks)), 0.0) if whole else MISSING,
         "peak_spacing_mm": mean_spacing(peaks),
-        "dominant_period_mm": dominant_period(curve, len(switches)) if whole else MISSING,
+        "dominant_period_mm": dominant_period(common, len(switches)) if whole else MISSING,
     }
     for name in ("force_mean", "first_trough", "first_switch"):
         found[f"{name}_P0"] = in_P0(found[f"{name}_N"])
@@ -61,8 +63,7 @@ def force_quantities(
     for name in ("first_switch_u", "peak_spacing", "dominant_period"):
         value, std = found[f"{name}_mm"]
         found[f"{name}_d"] = Quantity(value / depth_mm, std / depth_mm)
-    travel = curve.end_mm / depth_mm
-    found["switches_per_depth"] = Quantity(len(switches) / travel, 0.0) if whole else MISSING
+    found["switches_per_depth"] = Quantity(len(switches) * depth_mm / travel_mm, 0.0) if whole else MISSING
     return found
 
 
