@@ -9,7 +9,7 @@ import pytest
 from ploughval.compare.case import Case
 from ploughval.compare.ensemble import Ensemble
 from ploughval.compare.inputs import Input
-from ploughval.compare.lines.distances import DISTANCE_COLUMNS, compare_lines
+from ploughval.compare.lines.distances import DISTANCE_COLUMNS, beside_face, compare_lines
 from ploughval.compare.lines.effective import effective_number
 from ploughval.compare.lines.lines import measured_lines, model_lines
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
@@ -287,6 +287,14 @@ def test_sand_that_shears_beside_the_blade_shows_in_its_zone_alone():
     assert named["layers_face_rms_mm"].error == pytest.approx(2.0)
     assert named["layers_face_rms_mm"].agrees is False
     assert named["layers_away_rms_mm"].error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_zone_beside_the_blade_leans_with_its_face():
+    """A point 20 mm above the tip and 10 mm ahead of it: 6.5 mm before a face that leans by 10 degrees."""
+    (line,) = measured_lines(layer([[9.0, 20.0], [10.0, 20.0], [40.0, 20.0]]))
+    (one,) = compare_lines([line], {line.key: np.array([[0.0, 20.0], [50.0, 20.0]])})
+    assert beside_face(one, 30.0).tolist() == [False, False, False]
+    assert beside_face(one, 30.0, np.tan(np.radians(10.0))).tolist() == [True, True, False]
 
 
 def test_a_surface_is_judged_where_its_uncertainty_is_known():

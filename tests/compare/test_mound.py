@@ -191,6 +191,20 @@ def test_no_flank_is_told_with_an_uncertainty_that_an_angle_cannot_have(crest):
         assert not found.flank.std > 0.5 * np.degrees(0.5)  # slope / 2 of its tangent is at most so much
 
 
+@pytest.mark.parametrize("lean_deg", [-15.0, 10.0, 25.0])
+def test_before_a_face_that_leans_the_mound_begins_where_it_meets_the_surface(lean_deg):
+    """The same heap, moved to the face's place at 42 mm above the tip, is the same mound."""
+    lean = np.tan(np.radians(lean_deg))
+    upright = mound_of(heap(12.0, 32.0, 20.0), REST, 20.0, SHARP)
+    place = 20.0 + lean * (DEPTH + 12.0)
+    line = heap(12.0, 32.0, 20.0, face=place)
+    rest = np.array([[-100.0, DEPTH], [300.0, DEPTH]])
+    leaning = mound_of(line, rest, 20.0, Reading(DEPTH, 0.3, 0.003, 15.0, lean=lean))
+    for part in ("crest", "face", "front", "flank", "slope", "area"):
+        assert getattr(leaning, part).value == pytest.approx(getattr(upright, part).value, rel=1e-6), part
+    assert leaning.face.value == pytest.approx(12.0, abs=1e-6)
+
+
 def test_a_low_front_has_no_slope_but_a_place():
     found = mound_of(heap(2.0, 32.0, 30.0), REST, 20.0, NOISY)
     assert np.isnan(found.slope.value)

@@ -110,7 +110,7 @@ class PointStds:
 
 
 def distance_table(
-    found: Sequence[LineDistance], stds: Callable[[int], PointStds], depth_mm: float
+    found: Sequence[LineDistance], stds: Callable[[int], PointStds], depth_mm: float, lean: float = 0.0
 ) -> pd.DataFrame:
     """Summary of the distances, a row a frame and layer.
 
@@ -122,6 +122,8 @@ def distance_table(
         Uncertainties of the points of a line, by its number.
     depth_mm : float
         Depth of the tip: it scales the zone beside the face.
+    lean : float
+        Tangent of the face's inclination.
 
     Returns
     -------
@@ -140,7 +142,7 @@ def distance_table(
         count = effective_number(d)
         shared = [rms(part[met]) for part in (parts.calibration, parts.inputs, parts.numerical)]
         own = rms(parts.own[met])
-        face = beside_face(one, depth_mm)[met]
+        face = beside_face(one, depth_mm, lean)[met]
         p95, reverse = _percentile(d, 95), _percentile(one.reverse_mm, 95)
         rows.append(
             (
@@ -159,9 +161,10 @@ def mean_variance(own_mm: float, count: float) -> float:
     return own_mm**2 * (COMMON + (1.0 - COMMON) / max(count, 1.0))
 
 
-def beside_face(one: LineDistance, depth_mm: float) -> NDArray[np.bool_]:
-    """Which points lie in the zone beside the blade, (N,)."""
-    return np.asarray(one.line.points_mm[:, 0] - one.line.u_mm <= FACE_DEPTHS * depth_mm)
+def beside_face(one: LineDistance, depth_mm: float, lean: float = 0.0) -> NDArray[np.bool_]:
+    """Which points lie in the zone beside the blade, (N,), whose face may lean (tangent)."""
+    x, y = one.line.points_mm.T
+    return np.asarray(x - one.line.u_mm - lean * y <= FACE_DEPTHS * depth_mm)
 
 
 def within(distance_mm: Floats, deviation_mm: Floats) -> Floats:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.compare.case import Case
 from ploughval.compare.ensemble import Spread
+from ploughval.compare.face import lean_of
 from ploughval.compare.lines.distances import (
     COMMON,
     FACE_DEPTHS,
@@ -93,14 +94,14 @@ class _Pool:
     def __init__(
         self, case: Case, measured: pd.DataFrame, travel: Mapping[int, float], predicted: Predicted
     ) -> None:
-        self.depth_mm = case.depth_mm
+        self.depth_mm, self.lean = case.depth_mm, lean_of(case.scene)
         self.numerical_mm = case.scene.model.tolerance * case.depth_mm
         self.frames = len(travel)
         model = predicted(case.history, sorted(travel))
         self.found: list[LineDistance] = compare_lines(list(measured_lines(measured)), model)
         inputs, self.mean_spread = self._inputs(case, predicted)
         self.stds = [self._stds(one, std) for one, std in zip(self.found, inputs, strict=True)]
-        self.table = distance_table(self.found, self.stds.__getitem__, self.depth_mm)
+        self.table = distance_table(self.found, self.stds.__getitem__, self.depth_mm, self.lean)
 
     def _inputs(self, case: Case, predicted: Predicted) -> tuple[list[Floats], Spread]:
         return input_spread(case, [one.line for one in self.found], predicted)
@@ -175,7 +176,7 @@ class _Pool:
         )
 
     def _zones(self, name: str, met: NDArray[np.bool_]) -> list[Metric]:
-        face = _joined([beside_face(one, self.depth_mm) for one in self.found]).astype(bool)
+        face = _joined([beside_face(one, self.depth_mm, self.lean) for one in self.found]).astype(bool)
         places = (
             ("face", met & face, f"within {FACE_DEPTHS:g} d of the blade's face"),
             ("away", met & ~face, f"further than {FACE_DEPTHS:g} d from the blade's face"),

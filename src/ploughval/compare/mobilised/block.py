@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.compare.face import face_at_surface
+
 Floats = NDArray[np.float64]
 _GAP_DEPTHS = 0.1  # a hole in the measured surface wider than this leaves the weight unknown
 _SIDE_DEPTHS = 0.05  # to either side of the outcrop: where the slope of the surface is read
@@ -62,7 +64,7 @@ def block_of(
     line = line[np.argsort(line[:, 0], kind="stable")]
     if len(line) < 2 or not outcrop_mm > u_mm:
         return None
-    x, reach, face = line[:, 0], outcrop_mm - u_mm, _face(line, u_mm, lean)
+    x, reach, face = line[:, 0], outcrop_mm - u_mm, face_at_surface(line, u_mm, lean)
     inner = np.diff(x)[(x[1:] > face) & (x[:-1] < outcrop_mm)]
     if max(face, x[0]) > outcrop_mm or max(x[0] - face, outcrop_mm - x[-1], *inner) > _GAP_DEPTHS * depth_mm:
         return None
@@ -83,20 +85,9 @@ def block_of(
     )
 
 
-def _face(line: Floats, u_mm: float, lean: float) -> float:
-    """Where (x) a face from the tip meets the surface, which goes on level before its first point."""
-    x, y = line.T
-    ahead = x - u_mm - lean * y
-    k = int(np.argmax(ahead > 0))
-    if k == 0 or lean == 0.0:
-        return u_mm + lean * float(y[0])
-    share = ahead[k - 1] / (ahead[k - 1] - ahead[k])
-    return u_mm + lean * float(y[k - 1] + share * (y[k] - y[k - 1]))
-
-
 def _area(line: Floats, u_mm: float, outcrop_mm: float, lean: float) -> tuple[float, float]:
     """Area between face, surface and band, mm2, and the surface's height at the outcrop, mm."""
-    x, face = line[:, 0], _face(line, u_mm, lean)
+    x, face = line[:, 0], face_at_surface(line, u_mm, lean)
     stations = np.concatenate([[face], x[(x > face) & (x < outcrop_mm)], [outcrop_mm]])
     heights = np.interp(stations, x, line[:, 1])
     height, wedge = float(heights[-1]), (face - u_mm) * float(heights[0]) / 2

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ploughval.compare.face import lean_of
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.mobilised.block import Block, block_of
 from ploughval.compare.mobilised.inversion import mobilised_friction, slip_rate
@@ -190,7 +191,7 @@ def seen_blocks(
     (K,) float, mm, and list of K Block
         Travels of these photographs, and the blocks.
     """
-    known, lean = [], float(np.tan(np.radians(scene.blade.inclination_deg)))
+    known, lean = [], lean_of(scene)
     for u, line in zip(surface.u_mm.tolist(), surface.lines, strict=True):
         if span_mm[0] - 1e-9 <= u <= span_mm[1] + 1e-9:
             block = block_of(line, u, float(outcrop.at(np.array([u]))[0]), scene.blade.depth_mm, lean)

@@ -44,7 +44,7 @@ def rest_of(lines: Mapping[int, tuple[float, Floats]], depth_mm: float) -> tuple
     return np.array([[first[0, 0], depth_mm], [first[-1, 0], depth_mm]]), False
 
 
-def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float) -> Reading:
+def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float, lean: float = 0.0) -> Reading:
     """Spacing and noise of measured surfaces.
 
     Parameters
@@ -55,6 +55,8 @@ def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float) -> Reading:
         The initial surface.
     depth_mm : float
         Depth of the tip.
+    lean : float
+        Tangent of the face's inclination.
 
     Returns
     -------
@@ -71,7 +73,7 @@ def reading_of(surface: pd.DataFrame, rest: Floats, depth_mm: float) -> Reading:
     noise = float(np.nanmedian(seeming)) if np.isfinite(seeming).any() else 0.0
     stated = _median(surface, "std_mm")
     noise = max(noise, _OF_STATED * stated if stated > 0 else _LEAST_NOISE * depth_mm)
-    return Reading(depth_mm, step, noise, _SHARED_DEPTHS * depth_mm, _scale_std(surface, depth_mm))
+    return Reading(depth_mm, step, noise, _SHARED_DEPTHS * depth_mm, _scale_std(surface, depth_mm), lean)
 
 
 def _still_noise(line: Floats, rest: Floats, depth_mm: float) -> float:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from ploughval.compare.case import Case, judge_spread
 from ploughval.compare.ensemble import Spread
+from ploughval.compare.face import lean_of
 from ploughval.compare.force.peaks import Quantity
 from ploughval.compare.mound.history import (
     lines_of,
@@ -60,7 +61,7 @@ def mound_metrics(case: Case, surface: pd.DataFrame) -> tuple[list[Metric], pd.D
     if not lines:
         return [], None
     rest, seen = rest_of(lines, case.depth_mm)
-    reading = reading_of(inside, rest, case.depth_mm)
+    reading = reading_of(inside, rest, case.depth_mm, lean_of(case.scene))
     travel = {frame: u for frame, (u, _) in lines.items()}
     measured = measured_mounds(lines, rest, reading)
     model = predicted_mounds(case.history, travel, reading)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ploughval.compare.face import face_at_surface
 from ploughval.compare.force.peaks import MISSING, Quantity
 
 Floats = NDArray[np.float64]
@@ -36,6 +37,8 @@ class Reading:
         Length of surface over which that error is the same.
     scale_std : float
         Relative standard uncertainty of all lengths, from the calibration.
+    lean : float
+        Tangent of the face's inclination: the mound begins where the face meets the surface.
     """
 
     depth_mm: float
@@ -43,6 +46,7 @@ class Reading:
     noise_mm: float
     shared_mm: float
     scale_std: float = 0.0
+    lean: float = 0.0
 
     @property
     def threshold_mm(self) -> float:
@@ -87,7 +91,7 @@ class Mound:
 
 
 def mound_of(
-    surface_mm: Floats, rest_mm: Floats, face_mm: float, reading: Reading, *, widest_gap_mm: float = np.inf
+    surface_mm: Floats, rest_mm: Floats, u_mm: float, reading: Reading, *, widest_gap_mm: float = np.inf
 ) -> Mound:
     """Describe the mound ahead of the blade.
 
@@ -97,8 +101,8 @@ def mound_of(
         The surface, in order of x, all finite.
     rest_mm : (K, 2) float
         The surface before the blade moved, likewise.
-    face_mm : float
-        World x of the blade's face.
+    u_mm : float
+        Travel of the blade: world x of its tip.
     reading : Reading
         Spacing, noise and threshold.
     widest_gap_mm : float
@@ -108,6 +112,7 @@ def mound_of(
     -------
     Mound
     """
+    face_mm = face_at_surface(surface_mm, u_mm, reading.lean)
     ahead = surface_mm[surface_mm[:, 0] >= face_mm - 1e-9]
     if len(ahead) < 2 or ahead[-1, 0] - face_mm < reading.window_mm:
         return Mound()
