@@ -53,6 +53,16 @@ def test_parameters_not_asked_for_keep_the_scenes_values():
     assert json.loads(json.dumps(fit.to_json()))["parameters"]["peak_friction_deg"]["value"] == fit.values[0]
 
 
+@pytest.mark.parametrize("lean", [15.0, -20.0])
+def test_load_cells_before_a_blade_that_leans_feel_the_horizontal_part(lean):
+    upright = scene_of(44.0, 33.0, 1.0, wall=5.0)
+    scene = upright.model_copy(update={"blade": upright.blade.model_copy(update={"inclination_deg": lean})})
+    u, inclined, _ = record(scene, 50.0, 0.0, seed=5)
+    force = np.cos(np.radians(5.0 + lean)) * inclined
+    fit = fit_soil(u, force, 0.01 * force.mean(), scene, parameters=("peak_friction_deg",))
+    assert fit.values[0] == pytest.approx(44.0, abs=0.02)  # no noise: what is left is the march's tolerance
+
+
 def test_record_without_softening_says_what_it_cannot_tell():
     # u is beyond the mobilization length at the first reading, and no peak is left: the length cannot be seen
     u, force, std = record(scene_of(35.0, 35.0, 1.0), 30.0, 0.01, seed=1)

@@ -1,5 +1,6 @@
 """What a fit makes least: rows after registration, the price of the stretch, and what is known beforehand."""
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -148,7 +149,8 @@ class Objective:
             rows = run_march(scene, law, AHEAD * self.record.end_mm, step, store=False).rows
         except ConvergenceError:
             return None
-        scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm * soil.horizontal_share
+        # load cells feel the horizontal part; the law's wall holds the inclination of the face too
+        scale = 1e-6 * soil.unit_weight_kN_m3 * scene.blade.width_mm * math.cos(law.wall)
         teeth = teeth_of(rows, soil.mobilization_length_mm, VISIBLE * self.record.threshold)
         return Modelled(rows[:, 0], scale * rows[:, 2], teeth)
 
