@@ -20,6 +20,7 @@ def test_the_soil_that_made_the_force_is_found_within_three_standard_uncertainti
     options = replace(EXAMPLE, photographs=False, told_soil=told, displacement_mm=40.0, seed=3)
     make_folder(tmp_path / "t", options)
     fitted, path = fit_folder(tmp_path / "t")
+    assert "no empty-box runs" not in fitted.message
     true = [getattr(EXAMPLE.soil, name) for name in fitted.parameters]
     assert np.all(np.abs(fitted.values - true) < 3 * fitted.std)
     assert np.all(fitted.std[:2] < 1.0)  # degrees: still a measurement
@@ -33,6 +34,12 @@ def test_the_soil_that_made_the_force_is_found_within_three_standard_uncertainti
     assert set(profiles["parameter"]) == set(fitted.parameters)
     assert landscape["map"].nunique() == 3
     assert landscape["rise"].min() == 0.0
+
+
+def test_a_force_that_holds_the_friction_of_the_box_is_said_to(tmp_path):
+    make_folder(tmp_path / "t", replace(EXAMPLE, photographs=False, empty_runs=0, displacement_mm=20.0))
+    _, path = fit_folder(tmp_path / "t", parameters=("peak_friction_deg",))
+    assert "no empty-box runs" in json.loads(path.read_text())["message"]
 
 
 def test_a_scene_without_load_cells_cannot_be_fitted(tmp_path):

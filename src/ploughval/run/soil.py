@@ -1,17 +1,21 @@
 """Soil parameters of a test folder fitted to its measured force."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ploughval.compare.force.curve import Curve, measured_curve
+from ploughval.compare.force.parted import parted
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import ForceResult, measure_force
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.run.store import write_csv, write_json
 from ploughval.scene import load_scene
+
+UNCOMPENSATED = (
+    "no empty-box runs: what rubs on the box is taken for the sand's force, which no interval allows for"
+)
 
 
 def fit_folder(
@@ -73,6 +77,8 @@ def fit_folder(
         discrepancy=discrepancy,
         extras=Extras(maps=True, samples=samples),
     )
+    if measured.friction is None:
+        fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
     path = results / "fit.json"
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
     write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
@@ -82,15 +88,7 @@ def fit_folder(
 
 
 def shared_errors(curve: Curve, measured: ForceResult) -> SharedErrors:
-    """What is shared by all rows of a force record, as an offset, a gain and a start.
-
-    An offset (friction, zeros) is the same at any force, a gain (calibration) grows with it: the shared
-    variance against the square of the force is a straight line, neither part of which is negative.
-    """
-    from scipy.optimize import nnls  # not needed before a fit is asked for
-
-    square = np.column_stack([np.ones(len(curve.force_N)), curve.force_N**2])
-    size = square.mean(axis=0)
-    parts = nnls(square / size, curve.shared_std_N**2)[0] / size
+    """What is shared by all rows of a force record, as an offset, a gain and a start."""
+    offset, gain = parted(curve)
     start = measured.contact.std_mm if measured.contact is not None else 0.0
-    return SharedErrors(float(np.sqrt(parts[0])), float(np.sqrt(parts[1])), max(float(start), 0.0))
+    return SharedErrors(offset, gain, max(float(start), 0.0))

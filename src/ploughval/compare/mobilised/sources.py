@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from ploughval.compare.force.curve import Curve
+from ploughval.compare.force.parted import parted
 from ploughval.compare.mobilised.inversion import slopes
 from ploughval.compare.mobilised.surface import SeenSurface
 from ploughval.compare.mobilised.track import BlockTrack
@@ -60,7 +60,7 @@ def input_stds(
     -------
     InputStds
     """
-    zero, gain = _divided(force)
+    zero, gain = parted(force)
     camera = scene.camera
     scale = surface.scale_std
     if not np.isfinite(scale) and camera is not None and camera.mm_per_px:
@@ -75,16 +75,6 @@ def input_stds(
         wall_friction_deg=soil.wall_friction_std_deg,
         scale=float(np.nan_to_num(scale)),
     )
-
-
-def _divided(force: Curve) -> tuple[float, float]:
-    """Shared uncertainty of a force as s^2 = zero^2 + (gain F)^2: zero, N, and gain."""
-    known = np.isfinite(force.shared_std_N) & np.isfinite(force.force_N)
-    F, s = force.force_N[known], force.shared_std_N[known]
-    if not F.size:
-        return 0.0, 0.0
-    (zero, gain), _ = nnls(np.column_stack([np.ones(F.size), F**2]), s**2)
-    return float(np.sqrt(zero)), float(np.sqrt(gain))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
