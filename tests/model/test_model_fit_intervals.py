@@ -84,6 +84,28 @@ def test_record_without_its_first_travel_says_that_the_length_is_not_told():
     assert said >= 2
 
 
+def test_noise_that_hides_the_length_is_not_taken_for_travel_that_is_missing():
+    u = np.linspace(0.04, 25.0, 300)
+    force, std = record(scene_of(), u, 1.5, seed=1)
+    fit = fit_soil(u, force, std, scene_of(45.0, 30.0, 2.0), discrepancy=RIGHT)
+    assert not np.isfinite(fit.interval_95[PARAMETERS.index("mobilization_length_mm")]).all()
+    assert "mobilization_length_mm is not" in fit.message
+    assert "are missing" not in fit.message
+
+
+def test_length_of_a_few_rows_is_said_to_be_blurred():
+    u = np.linspace(0.0, 30.0, 301)
+    force, std = record(scene_of(length=0.15), u, 0.002, seed=4)
+    told = ("mobilization_length_mm",)
+    fit = fit_soil(u, force, std, scene_of(length=0.3), parameters=told, discrepancy=RIGHT)
+    assert "about the travel between rows, 0.1 mm" in fit.message
+    force, std = record(scene_of(length=1.0), u, 0.002, seed=4)
+    assert (
+        "travel between rows"
+        not in fit_soil(u, force, std, scene_of(length=0.3), parameters=told, discrepancy=RIGHT).message
+    )
+
+
 def test_longer_teeth_do_not_carry_the_angles_away():
     u = np.linspace(0.0, 75.0, 300)
     force, std = record(scene_of(), u, 0.02, seed=6, longer=1.08)

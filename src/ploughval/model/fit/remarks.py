@@ -8,6 +8,8 @@ from ploughval.model.fit.result import SoilFit
 
 ALIKE = 0.98  # parameters more correlated than this cannot be told apart
 FAR = 2.5  # standard uncertainties: what was known beforehand does not fit the record
+LATE_LENGTHS, LATE_DEPTHS = 0.1, 0.01  # before a record that starts later friction may have fallen
+ROWS_IN_A_FALL = 3.0  # fewer do not show how friction falls
 WIDE = 0.5  # of the range searched: an interval that long determines nothing
 
 
@@ -28,6 +30,7 @@ def remarks_on(
         for j in range(k):
             if abs(information.correlation[j, k]) > ALIKE:
                 remarks.append(f"{found.parameters[j]} and {name} cannot be told apart")
+    remarks.extend(_short(found, objective))
     if found.misfit.inflation > 1.5:
         remarks.append(
             f"the model misses the record by {np.sqrt(found.misfit.chi2):.1f} times its noise, over "
@@ -53,12 +56,26 @@ def remarks_on(
     return tuple(remarks)
 
 
+def _short(found: SoilFit, objective: Objective) -> list[str]:
+    """Whether friction falls within so few rows, averages over travel, that these blur how."""
+    name = "mobilization_length_mm"
+    if name not in found.parameters or not np.isfinite(found.std[found.parameters.index(name)]):
+        return []
+    row = float(np.median(np.diff(objective.record.u_mm)))
+    if found.values[found.parameters.index(name)] > ROWS_IN_A_FALL * row:
+        return []
+    return [
+        f"{name} is about the travel between rows, {row:.2g} mm, which blurs it by more than its interval"
+    ]
+
+
 def _open(found: SoilFit, objective: Objective, k: int) -> list[str]:
     """Whether the interval of a parameter is open or useless, and why that may be."""
     name, (low, high) = found.parameters[k], found.interval_95[k]
     first = float(objective.record.u_mm[0])
     why = ""
-    if name == "mobilization_length_mm" and not len(found.switches) and first > 0.0:
+    late = min(LATE_LENGTHS * high, LATE_DEPTHS * objective.space.scene.blade.depth_mm)
+    if name == "mobilization_length_mm" and not len(found.switches) and first > late:
         why = f": the first {first:.2g} mm are missing, and the record shows no switch"
     ends = {(False, False): "", (True, False): "below", (False, True): "above", (True, True): "at all"}
     side = ends[(not np.isfinite(low), not np.isfinite(high))]
