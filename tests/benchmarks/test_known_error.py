@@ -10,7 +10,7 @@ from ploughval.axes import FORCE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS
 from ploughval.model import simulate
 from ploughval.scene import Soil, load_scene
 from ploughval.synth import EXAMPLE, adapt, load_truth, make_folder
-from study_known_error import power_table, share, summary
+from study_known_error import kept_rows, power_table, share, summary
 
 TOLD = Soil(
     unit_weight_kN_m3=15.7, peak_friction_deg=42.0, residual_friction_deg=33.0, peak_friction_std_deg=1.0
@@ -121,3 +121,13 @@ def test_power_counts_verdicts_alone():
     assert table.loc["a", "tests"] == 2
     assert table.loc["a", "differs"] == 0.5
     assert table.loc["b", "differs"] == 1.0
+
+
+def test_kept_rows_are_found_again(folder, tmp_path):
+    made = kept_rows(tmp_path, "error", folder)
+    again = kept_rows(tmp_path, "error", folder)
+    pd.testing.assert_frame_equal(
+        made.drop(columns="agrees"), again.drop(columns="agrees"), check_dtype=False
+    )
+    assert made["agrees"].dropna().tolist() == again["agrees"].dropna().tolist()
+    assert len(list(tmp_path.iterdir())) == 1

@@ -1,6 +1,6 @@
 """The material-point run as an experiment: metrics of both rules side by side, in one row each."""
 
-import numpy as np
+import cv2
 import pandas as pd
 import pytest
 
@@ -40,7 +40,19 @@ def test_metric_of_one_rule_alone_is_kept(table):
     assert pd.isna(table.loc["only_here_N", "least_softened agrees"])
 
 
-def test_figure_has_a_row_for_every_judged_metric(table, tmp_path):
-    table.loc["not_judged_mm"] = {name: np.nan for name in table.columns}
-    draw_verdicts(table, RULES, tmp_path / "verdicts.png")
-    assert (tmp_path / "verdicts.png").stat().st_size > 5000
+def test_figure_grows_by_a_row_for_every_judged_metric(table, tmp_path):
+    heights = []
+    for shown in (table, table.iloc[:1], pd.concat([table, without_verdict(table)])):
+        draw_verdicts(shown, RULES, tmp_path / "verdicts.png")
+        heights.append(cv2.imread(str(tmp_path / "verdicts.png")).shape[0])
+    # two rows fewer, 0.2 inches each at 85 dots an inch; a metric that nobody judged adds none
+    assert heights[0] - heights[1] == pytest.approx(2 * 0.2 * 85, abs=1)
+    assert heights[2] == heights[0]
+
+
+def without_verdict(table):
+    return (
+        table.iloc[:1]
+        .rename(index={"first_peak_N": "not_judged_N"})
+        .assign(**{f"{rule} agrees": None for rule in RULES})
+    )
