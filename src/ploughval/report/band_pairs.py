@@ -7,7 +7,8 @@ import pandas as pd
 from ploughval.compare.bands.pairs import PAIR_COLUMNS
 from ploughval.report.blocks import Cell, Drawing, Pen, Table, value_cell
 from ploughval.report.figures.band_pairs import band_pairs_figure
-from ploughval.report.results import Results, read_table
+from ploughval.report.reading import read_table
+from ploughval.report.results import Results
 from ploughval.report.text import MISSING, with_std
 
 _SHOWN = (

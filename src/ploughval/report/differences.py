@@ -11,7 +11,8 @@ from ploughval.compare.lines.lines import Key, grouped, measured_lines, model_li
 from ploughval.compare.lines.nearest import nearest_on_line
 from ploughval.report.blocks import Cell, Drawing, Pen, Table, value_cell
 from ploughval.report.figures.differences import ColouredLine, Differences, coarsened, distance_map_figure
-from ploughval.report.results import Results, read_table
+from ploughval.report.reading import read_table
+from ploughval.report.results import Results
 from ploughval.report.text import number
 
 Floats = NDArray[np.float64]

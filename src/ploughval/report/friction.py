@@ -11,7 +11,8 @@ from ploughval.compare.mobilised.sources import SOURCES
 from ploughval.compare.softening.table import ALL, SOFTENING_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, table_of, value_cell
 from ploughval.report.figures import SofteningLine, mobilised_figure
-from ploughval.report.results import Results, read_table
+from ploughval.report.reading import read_table
+from ploughval.report.results import Results
 from ploughval.report.text import number
 
 _WORDS = {

@@ -3,7 +3,8 @@
 from ploughval.compare.mound.history import MOUND_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, value_cell
 from ploughval.report.figures.mound import mound_figure
-from ploughval.report.results import Results, read_table
+from ploughval.report.reading import read_table
+from ploughval.report.results import Results
 from ploughval.report.text import with_std
 
 _HEAD = (

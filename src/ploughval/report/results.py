@@ -1,15 +1,14 @@
 """What a result folder holds, read from its files; a file that is not there is None."""
 
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import pandas as pd
 import xarray as xr
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict
 
 from ploughval.axes import (
     BAND_COLUMNS,
@@ -26,6 +25,7 @@ from ploughval.errors import DataError
 from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 from ploughval.photos import Calibration
 from ploughval.photos.calibration.file import read_calibration
+from ploughval.report.reading import REMEDY, read_record, read_table
 
 MOBILISED_COLUMNS = ("frame", "u_mm", "slip_mm", "band", "phi_deg", "phi_std_deg")
 PEAK_COLUMNS = ("source", "kind", "u_mm", "force_N")
@@ -303,7 +303,6 @@ def read_results(folder: Path | str) -> Results:
     )
 
 
-_REMEDY = "Write it anew with: ploughval process"
 _KNOWN = (
     "run.json",
     "metrics.json",
@@ -328,75 +327,6 @@ def _with_files(folder: Path) -> Path:
     )
 
 
-M = TypeVar("M", bound=BaseModel)
-
-
-def read_record(path: Path, kind: type[M]) -> M | None:
-    """A JSON file as a record; None where it is not there."""
-    if not path.is_file():
-        return None
-    try:
-        return kind.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        shown = repr(first["input"])[:80]
-        raise DataError(f"{place}: got {shown}; {first['msg']}. {_REMEDY}", path=path) from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise DataError(f"not readable as JSON: {error}. {_REMEDY}", path=path) from None
-
-
-def read_table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
-    """A CSV file with these columns; None where it is not there."""
-    if not path.is_file():
-        return None
-    try:
-        table = pd.read_csv(path)
-    except (OSError, ValueError, pd.errors.ParserError) as error:
-        raise DataError(f"not readable as CSV: {error}. {_REMEDY}", path=path) from None
-    missing = [name for name in columns if name not in table]
-    if missing:
-        raise DataError(
-            f"columns {', '.join(missing)} are missing; expected {', '.join(columns)}. {_REMEDY}", path=path
-        )
-    for name in columns:
-        if name in _WORDS:
-            table[name] = table[name].astype("object").where(table[name].notna(), "").astype(str)
-            continue
-        numbers = pd.to_numeric(table[name], errors="coerce")
-        wrong = numbers.isna() & table[name].notna()
-        if wrong.any():
-            row = int(wrong.to_numpy().argmax())
-            raise DataError(
-                f"line {row + 2}, {name}: got {table[name].iloc[row]!r}; expected a number. {_REMEDY}",
-                path=path,
-            )
-        table[name] = numbers.astype(float)
-    return table
-
-
-_WORDS = {
-    "status",
-    "source",
-    "kind",
-    "unit",
-    "mechanism",
-    "file",
-    "run",
-    "direction",
-    "used",
-    "reason",
-    "model",
-    "why_not",
-    "quantity",
-    "cell",
-    "definition",
-    "note",
-    "parameter",
-    "map",
-}
-
-
 def _calibration(path: Path) -> Calibration | None:
     return read_calibration(path) if path.is_file() else None
 
@@ -408,8 +338,8 @@ def _tracks(path: Path) -> xr.Dataset | None:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
             tracks = stored.load()
     except (OSError, ValueError, KeyError) as error:
-        raise DataError(f"not readable as netCDF: {error}. {_REMEDY}", path=path) from None
+        raise DataError(f"not readable as netCDF: {error}. {REMEDY}", path=path) from None
     missing = [name for name in TRACK_VARIABLES if name not in tracks]
     if missing:
-        raise DataError(f"variables {', '.join(missing)} are missing. {_REMEDY}", path=path)
+        raise DataError(f"variables {', '.join(missing)} are missing. {REMEDY}", path=path)
     return tracks

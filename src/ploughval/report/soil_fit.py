@@ -12,7 +12,8 @@ from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
 from ploughval.report.figures.soil_fit import quantity
-from ploughval.report.results import Number, Results, Text, read_record, read_table
+from ploughval.report.reading import read_record, read_table
+from ploughval.report.results import Number, Results, Text
 from ploughval.report.text import brief, label, number
 
 _HEAD = ("Parameter", "Best", "68 % interval", "95 % interval", "Told in [soil]", "Hangs on")
