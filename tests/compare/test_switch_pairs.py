@@ -176,3 +176,11 @@ def test_alignment_puts_peak_on_peak_and_shifts_what_follows():
     u = np.array([0.0, 10.0, 20.0, 30.0, 40.0])
     assert aligned_u(u, np.array([20.0]), np.array([30.0])).tolist() == [0.0, 15.0, 30.0, 40.0, 50.0]
     np.testing.assert_allclose(log_stretch(np.array([20.0]), np.array([30.0])), [np.log(1.5)])
+
+
+def test_why_alignment_cannot_be_judged_is_said():
+    """Most drawn runs end before the second switch: how well it coincides is not known."""
+    found, _ = metrics_of(reading(), reading(), [reading(limit=60.0)] * 3 + [reading()])
+    for name in ("force_rms_aligned_P0", "travel_stretch"):
+        assert found[name].agrees is None
+        assert "3 of 4 draws" in found[name].note

@@ -8,7 +8,8 @@ import pandas as pd
 from ploughval.report.blocks import Chapter, Drawing, Pen, Table, pair_cell, table_of, value_cell
 from ploughval.report.chapters import not_had
 from ploughval.report.figures import arm_figure, force_figure, shape_figure
-from ploughval.report.results import Results, read_table
+from ploughval.report.reading import read_table
+from ploughval.report.results import Results
 from ploughval.report.text import number, with_std
 from ploughval.scene import Step
 
@@ -81,6 +82,10 @@ def _shape(
         f"predicted {with_std(own[1], initial.model_std)} N. Circles: peaks; triangles: troughs; lines join "
         "peaks that match."
     )
+    if envelope is not None and envelope["low_N"].notna().any():
+        caption += (
+            " Shaded: 95 % of the drawn inputs, over the stated run's initial force, so with its level."
+        )
     return [pen.draw(figure, f"Shape of the force, P over own P₀ against u / d. {caption}", caption)]
 
 

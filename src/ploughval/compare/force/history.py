@@ -148,7 +148,9 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
     inputs = std_about(same, np.array(runs).reshape(-1, same.size))
     count = len(pairs.numbers)
     switches = "the matched switch coincides" if count == 1 else f"{count} matched switches coincide"
-    note = f"model's travel stretched so that {switches}"
+    lacking = sum(not np.isfinite(own[:, 0]).all() for own in pairs.drawn)
+    lack = f"; {lacking} of {len(pairs.drawn)} draws of the inputs lack a switch" if lacking else ""
+    note = f"model's travel stretched so that {switches}{lack}"
     before = _rms(np.where(inside, histories.model - histories.measured, NAN))
     gone = 1 - (_rms(aligned) / before) ** 2 if before > 0 else NAN
     stretch = log_stretch(to, place)
