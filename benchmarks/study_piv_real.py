@@ -317,7 +317,7 @@ def main() -> None:
         for draw, ax, data in zip(drawers, axes, (wave, tbar, avalanche, wedge, table.honesty), strict=True):
             draw(ax, data)
         # no SVG: its photographs would make it ten times as large
-        figure.savefig(arguments.out / "piv-real.png", dpi=110)
+        figure.savefig(arguments.out / "piv-real.png", dpi=100)
     print("\n".join(" | ".join(row) for row in table.rows))
 
 
