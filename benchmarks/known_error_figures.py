@@ -14,7 +14,7 @@ _SHOWN = {
     "peak_friction_deg": ("first_peak_N", "first_switch_u_mm", "first_switch_N", "first_outcrop_x_mm"),
     "residual_friction_deg": (
         "first_trough_N",
-        "mobilised_residual_deg",
+        "second_band_beta_deg",
         "first_switch_u_mm",
         "force_mean_N",
     ),
