@@ -10,8 +10,10 @@ import pandas as pd
 import pytest
 
 from ploughval.report import write_report
+from ploughval.report.blocks import Pen
 from ploughval.report.results import read_results
 from ploughval.report.several import find_several
+from ploughval.report.several.side_by_side import forces_chapter
 
 
 class Cells(HTMLParser):
@@ -159,6 +161,21 @@ def test_tests_without_force_metrics_or_settings_are_normal(tests, tmp_path):
     first = next(repeat for repeat in found.repeats[label] if repeat.metric == "first_peak_N")
     assert first.tests == (0, 1, 5)
     assert write_report(folders, out=tmp_path / "page.html").is_file()
+
+
+def test_a_force_that_cannot_be_divided_stays_off_the_axis_of_those_that_are(tests):
+    """Newtons on an axis of P / P0 would say that one test's force is many times that of the others."""
+    folders = tests([(30.0, 1.0), (30.0, 1.0)])
+    for name in ("metrics.json", "model/force.csv"):
+        (folders[1] / name).unlink()
+    chapter = forces_chapter(find_several([read_results(folder) for folder in folders]), Pen())
+    assert [drawing.caption.split(",")[0] for drawing in chapter.drawings] == [
+        "Force measured",
+        "Force predicted",
+    ]
+    assert "of t0." in chapter.drawings[0].svg
+    assert not any("t1" in drawing.svg for drawing in chapter.drawings)
+    assert [note.split(":")[0] for note in chapter.notes] == ["t1"]
 
 
 def test_the_same_folder_twice_is_one_test_and_said(tests, tmp_path):

@@ -21,8 +21,9 @@ def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
         legend = " Tests of one group have one colour."
         names = [f"group {found.group_label(place)}" for place in range(len(tests))]
     histories = [
-        History(name, test.depth_mm or 1.0, test.P0_N or 1.0, test.force, test.model_force)
+        History(name, test.depth_mm, test.P0_N, test.force, test.model_force)
         for name, test in zip(names, tests, strict=True)
+        if test.depth_mm and test.P0_N
     ]
     drawings = []
     for measured, word in ((True, "measured"), (False, "predicted")):
@@ -35,9 +36,13 @@ def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
                     f"Force {word}, each test divided by its own P₀ and depth.{legend}",
                 )
             )
-    bare = [name for name, test in zip(found.names, tests, strict=True) if not (test.depth_mm and test.P0_N)]
-    notes = [f"{name}: no depth or no P₀; its axes are in mm or N." for name in bare]
-    return Chapter("force", "Force", drawings=drawings, notes=notes) if drawings else None
+    bare = [
+        name
+        for name, test in zip(found.names, tests, strict=True)
+        if test.force is not None and not (test.depth_mm and test.P0_N)
+    ]
+    notes = [f"{name}: no depth or no P₀ to divide by; its force is on its own page alone." for name in bare]
+    return Chapter("force", "Force", drawings=drawings, notes=notes) if drawings or notes else None
 
 
 def metrics_chapter(found: SeveralFindings) -> Chapter | None:
