@@ -125,6 +125,11 @@ def test_sand_that_the_model_cannot_run_is_drawn_anew_until_most_fail(monkeypatc
     assert len(draw_ensemble(stated, stated, 60.0)) == 64
     few = draw_ensemble(stated, stated, 60.0).spread(lambda one: {"m": 1.0})["m"]
     assert "drawn anew" in few.remark
+    monkeypatch.setattr(ploughval.model, "simulate", refusing(14.9))  # 2.2 deviations below: 1.4 % can be run
+    left = draw_ensemble(stated, stated, 60.0)
+    assert 5 < len(left) < 40
+    remark = left.spread(lambda one: {"m": 1.0})["m"].remark
+    assert f"only {len(left)} of {len(left) + left.refused} draws" in remark
     monkeypatch.setattr(ploughval.model, "simulate", refusing(10.0))
     nothing = draw_ensemble(stated, stated, 60.0)
     assert len(nothing) == 0

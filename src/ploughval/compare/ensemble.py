@@ -52,6 +52,8 @@ class Spread(NamedTuple):
             nothing = "no uncertainty of an input is stated"
             return f"; {'the model runs with none of the drawn inputs' if self.refused else nothing}"
         anew = f"; {self.refused} draws that no sand can have were drawn anew"
+        if self.refused >= _MOST_REFUSED * self.draws:  # then drawing was given up before there were enough
+            anew = f"; only {self.draws} of {self.draws + self.refused} draws of the inputs can be run"
         lack = f"; {self.lacking} of {self.draws} draws of the inputs have no such value"
         return anew * (self.refused > _FEW * self.draws) + lack * (self.lacking > 0)
 
