@@ -13,6 +13,7 @@ from ploughval.report import write_report
 from ploughval.report.blocks import Pen
 from ploughval.report.results import read_results
 from ploughval.report.several import find_several
+from ploughval.report.several.overview import overview_chapter
 from ploughval.report.several.side_by_side import forces_chapter
 
 
@@ -161,6 +162,21 @@ def test_tests_without_force_metrics_or_settings_are_normal(tests, tmp_path):
     first = next(repeat for repeat in found.repeats[label] if repeat.metric == "first_peak_N")
     assert first.tests == (0, 1, 5)
     assert write_report(folders, out=tmp_path / "page.html").is_file()
+
+
+def test_repeats_over_travels_of_different_length_are_named(tests):
+    folders = tests([(30.0, 1.0)] * 3)
+
+    def faults():
+        return overview_chapter(find_several([read_results(folder) for folder in folders])).faults
+
+    assert not faults()
+    force = pd.read_csv(folders[1] / "force.csv")
+    end = force["u_mm"].max()
+    force[force["u_mm"] < 0.5 * end].to_csv(folders[1] / "force.csv", index=False)
+    (said,) = faults()
+    assert "group A" in said
+    assert f"to {end:.3g} mm" in said
 
 
 def test_a_force_that_cannot_be_divided_stays_off_the_axis_of_those_that_are(tests):

@@ -63,7 +63,7 @@ def tiles(results: Results) -> list[Tile]:
         found.append(
             Tile("first peak of force", f"{number(peak.experiment, 3)} {peak.unit or 'N'}", predicted)
         )
-    travel = _travel_mm(results)
+    travel = travel_mm(results)
     depth = results.depth_mm
     if travel is not None:
         detail = f"{travel / depth:.2f} d, d = {number(depth, 3)} mm" if depth else ""
@@ -78,7 +78,8 @@ def tiles(results: Results) -> list[Tile]:
     return found
 
 
-def _travel_mm(results: Results) -> float | None:
+def travel_mm(results: Results) -> float | None:
+    """The blade's travel, of the first table that tells it; None where none does."""
     for table in (results.force, results.layers, results.model_force):
         if table is not None and table["u_mm"].notna().any():
             return float(table["u_mm"].max())

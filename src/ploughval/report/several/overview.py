@@ -7,7 +7,7 @@ from ploughval.compare.several.groups import KEYS, RULE, Group, Key
 from ploughval.report.blocks import Cell, Chapter, Table
 from ploughval.report.several.findings import SeveralFindings
 from ploughval.report.text import brief, label, number, unit
-from ploughval.report.verdict import verdict
+from ploughval.report.verdict import travel_mm, verdict
 
 
 def overview_chapter(found: SeveralFindings) -> Chapter:
@@ -47,6 +47,7 @@ def _groups(found: SeveralFindings) -> Table:
     return Table("Groups", ("Group", "Tests", *(_head(key) for key in varying), "Names"), rows, kind="cards")
 
 
+_SAME_TRAVEL = 0.05  # travels that differ by less are alike
 _OWN_UNITS = {"_mm_s": "mm/s", "_kPa": "kPa"}
 
 
@@ -117,4 +118,16 @@ def _faults(found: SeveralFindings) -> list[str]:
         said.append(
             f"The model was not run alike for all tests: {keys} differs. Mean errors mix its variants."
         )
-    return said
+    return said + [text for group in found.grouping.groups if (text := _travels(found, group))]
+
+
+def _travels(found: SeveralFindings, group: Group) -> str:
+    """What repeats over travels of different length do not show; nothing where they are alike."""
+    known = [travel for place in group.members if (travel := travel_mm(found.tests[place])) is not None]
+    if len(known) < 2 or max(known) <= (1 + _SAME_TRAVEL) * min(known):
+        return ""
+    travels = f"{brief(min(known), 3)} to {brief(max(known), 3)} mm"
+    return (
+        f"In group {group.label} the blade travels {travels}. Means, work, counts and what is read at the end "
+        "are taken over each test's own travel: their scatter is not that of repeats."
+    )
