@@ -128,6 +128,6 @@ def _travels(found: SeveralFindings, group: Group) -> str:
         return ""
     travels = f"{brief(min(known), 3)} to {brief(max(known), 3)} mm"
     return (
-        f"In group {group.label} the blade travels {travels}. Means, work, counts and what is read at the end "
-        "are taken over each test's own travel: their scatter is not that of repeats."
+        f"In group {group.label} the blade travels {travels}. Means, work, counts and what is read at the "
+        "end are taken over each test's own travel: their scatter is not that of repeats."
     )
