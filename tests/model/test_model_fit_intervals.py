@@ -5,6 +5,12 @@ import pytest
 
 from ploughval.model import fit_soil, force_history
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors
+from ploughval.model.fit.information import information
+from ploughval.model.fit.intervals import PROFILE_TOLERANCE, WIDTH, profile
+from ploughval.model.fit.objective import objective_of
+from ploughval.model.fit.record import read_record
+from ploughval.model.fit.search import best_unknowns
+from ploughval.model.fit.variables import space_of
 from ploughval.scene import Scene
 
 RIGHT = Discrepancy(0.0, 0.0)
@@ -104,6 +110,22 @@ def test_length_of_a_few_rows_is_said_to_be_blurred():
         "travel between rows"
         not in fit_soil(u, force, std, scene_of(length=0.3), parameters=told, discrepancy=RIGHT).message
     )
+
+
+def test_limits_of_a_profile_are_not_read_from_a_search_that_strayed():
+    """Sand that does not soften: both angles in one narrow valley, from which a long step strays."""
+    scene, u = scene_of(35.0, 35.0), np.linspace(0.02, 55.0, 300)
+    force, noise = record(scene, u, 0.01, seed=1)
+    read = read_record(u, force, noise, 30.0, least=3)
+    shared = SharedErrors(offset_N=0.05, gain=0.01)
+    objective = objective_of(space_of(scene, PARAMETERS), read, shared, Discrepancy(), PROFILE_TOLERANCE)
+    best, _ = best_unknowns(objective)
+    k, rise = PARAMETERS.index("residual_friction_deg"), 3.84
+    std = float(information(objective, best, WIDTH).std[k])
+    found = profile(objective, best, k, std, {0.95: rise})
+    low, high = found.limits[0.95]
+    assert low < 35.0 < high
+    assert found.rises.max() < 5.0 * rise  # no limit read between a good fit and one that strayed
 
 
 def test_longer_teeth_do_not_carry_the_angles_away():

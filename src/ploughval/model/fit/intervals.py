@@ -15,6 +15,10 @@ LEVELS = (0.68, 0.95)
 POINTS = 9  # of a profile on either side, at most
 WIDTH = 0.1  # degrees, of differences
 SEARCH = 12  # evaluations of a search on a profile
+SUDDEN = (
+    4.0  # times the rise at the end of the widest interval: after so high a step a search may have strayed
+)
+HALVINGS = 4  # of steps on either side
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,8 +94,9 @@ def _walk(
     sign, room = np.sign(step), abs(bound - best[index])
     points: list[tuple[float, float, Floats]] = []
     last, root, distance = best, 0.0, 0.0
-    following = min(abs(step), 0.5 * room)
+    following, halvings = min(abs(step), 0.5 * room), HALVINGS
     while len(points) < POINTS and room > 1e-12:
+        behind = abs(points[-1][0] - best[index]) if points else 0.0
         distance = min(following, room)
         held = last.copy()
         if points:  # the other unknowns go on as they went
@@ -100,12 +105,15 @@ def _walk(
             held = last + (last - before) * (distance - abs(last[index] - best[index])) / max(gone, 1e-300)
             held = np.clip(held, *objective.bounds(last))
         held[index] = best[index] + sign * distance
-        last = local_search(objective, held, WIDTH, held=index, limit=SEARCH)
-        rise = objective.cost(last) - base
+        found = local_search(objective, held, WIDTH, held=index, limit=SEARCH)
+        rise = objective.cost(found) - base
+        if halvings and rise > SUDDEN * enough:
+            following, halvings = 0.5 * (behind + distance), halvings - 1
+            continue
+        last = found
         points.append((float(last[index]), rise, last))
         if rise >= enough or distance >= room:
             break
-        behind = abs(points[-2][0] - best[index]) if len(points) > 1 else 0.0
         gain = max(np.sqrt(max(rise, 0.0)) - root, 0.1 * np.sqrt(enough))
         root = np.sqrt(max(rise, 0.0))
         ahead = 1.05 * (np.sqrt(enough) - root) * (distance - behind) / gain
