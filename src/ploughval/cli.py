@@ -1,6 +1,7 @@
 """The command line: the verbs of ploughval, their exit codes and their progress."""
 
 import logging
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -214,6 +215,8 @@ def fit(
     as_json: Json = False,
 ) -> None:
     """Friction angles and mobilization length from the measured force, with uncertainty."""
+    # hundreds of small decompositions: threads of BLAS wait for each other, on a busy machine for minutes
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with command(as_json) as talk:
         from ploughval.model.fit import PARAMETERS, Discrepancy
         from ploughval.model.fit.sampler import STEPS
