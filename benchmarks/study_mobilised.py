@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from known_errors import measured_tables
 from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.softening.table import FrictionFindings, read_friction
 from ploughval.report.figures import SofteningLine, mobilised_figure
@@ -26,7 +27,6 @@ from study_model_virtual import davis
 
 Floats = NDArray[np.float64]
 NORMAL_95 = 1.959964
-SURFACE_STD_PX = 0.13  # of the surface's level, as it is stated when photographs are processed
 DILATION_DEG = 18.0  # of the material-point run's sand at its peak; 0 at its residual
 SAME_BAND_MM = 1.0  # between the start of a measured and of a true band
 QUANTITIES = {
@@ -77,17 +77,13 @@ def measure(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame] | None:
 def friction_of(folder: Path) -> tuple[Scene, FrictionFindings, pd.DataFrame] | None:
     """Settings, friction and bands of a processed test, from its result files; None where one is missing."""
     scene = load_scene(folder, files=False)
-    paths = {name: folder / "results" / f"{name}.csv" for name in ("force", "bands", "surface", "increments")}
-    if not all(path.is_file() for path in paths.values()):
+    found = measured_tables(folder)
+    if found.force is None or found.bands is None or found.surface is None:
         return None
-    tables = {name: pd.read_csv(path) for name, path in paths.items()}
-    force = measured_curve(tables["force"], scene.blade.depth_mm)
+    force = measured_curve(found.force, scene.blade.depth_mm)
     if force is None:
         return None
-    assert scene.camera is not None
-    assert scene.camera.mm_per_px is not None
-    surface = tables["surface"].assign(std_mm=SURFACE_STD_PX * scene.camera.mm_per_px)
-    return scene, read_friction(scene, force, tables["bands"], surface, tables["increments"]), tables["bands"]
+    return scene, read_friction(scene, force, found.bands, found.surface, found.increments), found.bands
 
 
 def virtual(folder: Path, picture: Path) -> pd.DataFrame:
