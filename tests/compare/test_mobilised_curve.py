@@ -109,6 +109,14 @@ def test_rows_before_the_start_hold_the_friction_that_the_new_band_would_have_ne
     np.testing.assert_allclose(curve.phi_deg[before], 40.0, atol=0.02)
 
 
+def test_a_photograph_at_a_change_of_the_band_says_so_and_has_no_friction():
+    """Photographs place the start at 9.3 mm, the force at 10.2: that at 10 mm is of neither band for sure."""
+    table = mobilised_table(scene(), measured(), bands(), surface(), {1: 10.2}).set_index("u_mm")
+    assert table.index[table["status"] == "changing"].tolist() == [10.0]
+    assert np.isnan(table.loc[10.0, ["phi_deg", "phi_std_deg"]].to_numpy(float)).all()
+    assert table.loc[12.0, "phi_deg"] == pytest.approx(RESIDUAL, abs=0.1)
+
+
 def test_the_old_band_ends_with_the_photograph_before_the_switch():
     lines = surface()
     curve = band_curve(scene(), measured(), bands(), 0, seen_surface(lines))

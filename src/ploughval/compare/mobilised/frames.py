@@ -53,7 +53,8 @@ def mobilised_table(
     -------
     DataFrame
         MOBILISED_COLUMNS; NaN where any part is missing, and ``status`` names it: ok, no_band, no_force,
-        no_surface. ``phi_std_deg`` holds every source of docs/theory-mobilised.md, section 3.
+        no_surface, changing (the force at this photograph may be of two bands). ``phi_std_deg`` holds every
+        source of docs/theory-mobilised.md, section 3.
     """
     if scene.soil is None:
         raise ValueError("mobilised friction needs [soil]")
@@ -68,7 +69,11 @@ def mobilised_table(
         outcrop = outcrop_of(bands.iloc[row], increments)
         _fill(table, scene, force, bands.iloc[row], outcrop, (seen, active == row))
     began = dict(zip(bands["band"].astype(int).tolist(), bands["u_start_mm"].tolist(), strict=True))
-    table["slip_mm"] = _slip(table, began | dict(origins_mm or {}), scene.blade.inclination_deg)
+    origins = began | dict(origins_mm or {})
+    table["slip_mm"] = _slip(table, origins, scene.blade.inclination_deg)
+    changing = _changing(seen.u_mm, began, origins, force.step_mm) & (table["status"] == "ok").to_numpy()
+    table.loc[changing, "status"] = "changing"
+    table.loc[changing, ["phi_deg", "phi_std_deg"]] = np.nan
     return table[list(MOBILISED_COLUMNS)]
 
 
@@ -79,6 +84,19 @@ def _active(u_mm: Floats, bands: pd.DataFrame) -> NDArray[np.int64]:
     for row, (start, end) in enumerate(bands[["u_start_mm", "u_end_mm"]].itertuples(index=False, name=None)):
         active[(start <= u_mm) & (u_mm <= end)] = row if np.isfinite(outcrops[row]) else -1
     return active
+
+
+def _changing(
+    u_mm: Floats, began: Mapping[int, float], origins: Mapping[int, float], step_mm: float
+) -> NDArray[np.bool_]:
+    """Frames between the start of a band in photographs and in the force, or within a step of the force."""
+    changing = np.zeros(len(u_mm), bool)
+    first = min(began.values(), default=np.nan)
+    for band, start in began.items():
+        if start > first:
+            low, high = sorted((start, origins[band]))
+            changing |= (u_mm > low - step_mm) & (u_mm < high + step_mm)
+    return changing
 
 
 def _fill(
