@@ -137,14 +137,14 @@ def smooth() -> pd.DataFrame:
     """What two blocks would do beside a smooth blade, where the shipped rule has one."""
     scene, rows = scene_of(), []
     law = scene_law(scene, scene.soil)
-    for blocks in (1.0, 2.0):
-        marched = run_march(scene, law._replace(blocks=blocks), 5.0 * DEPTH_MM, 0.005 * DEPTH_MM, store=False)
+    for blocks, bends in ((1, None), (2, 1.0)):
+        marched = run_march(scene, law._replace(bends=bends), 5.0 * DEPTH_MM, 0.005 * DEPTH_MM, store=False)
         table = marched.rows
         k = int(np.flatnonzero(np.diff(table[:, 6]))[0]) + 1
         mean = np.trapezoid(table[:, 2], table[:, 0]) / table[-1, 0]
         rows.append(
             {
-                "blocks": int(blocks),
+                "blocks": blocks,
                 "switch_1_d": table[k, 0] / DEPTH_MM,
                 "switch_K": 2.0 * table[k, 2] / DEPTH_MM**2,
                 "mean_K": 2.0 * mean / DEPTH_MM**2,

@@ -229,7 +229,7 @@ def test_random_scenes_stay_finite_keep_their_area_and_fall_at_switches():
         assert np.isfinite(marched.pool).all(), number
         assert np.all(rows[:, 2] > 0.0), number
         check_area(marched)
-        first = run_march(scene, law._replace(blocks=1.0), 0.1 * DEPTH, 0.1 * DEPTH, store=False)
+        first = run_march(scene, law._replace(bends=None), 0.1 * DEPTH, 0.1 * DEPTH, store=False)
         assert rows[0, 2] <= first.rows[0, 2], number
         runs += 1
         bent += np.mean(rows[:, 8] > rows[:, 0]) > 0.0

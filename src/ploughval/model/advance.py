@@ -26,7 +26,7 @@ def advance(
     if law.face != 0.0:
         across = work[0]
         across[:n] = now[0, :n] - law.face * y[:n]
-    if band.joint_ahead > 0.0:
+    if law.bends is not None and band.joint_ahead > 0.0:
         m = shear_bent(now, n, band, du, work, to[2:])
     else:
         top = height_at(now[0], y, n, band.outcrop)

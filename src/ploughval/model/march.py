@@ -72,7 +72,7 @@ def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
 def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float, float]:
     """How far the block at the outcrop moves forward, and slips, for 1 of the blade; the outcrop's height."""
     top = height_at(now[0], now[1], n, band.outcrop)
-    if band.joint_ahead > 0.0:
+    if law.bends is not None and band.joint_ahead > 0.0:
         joint, out = (tip + band.joint_ahead, band.joint_up), (band.outcrop, top)
         _, upper, forward = velocities(tip, now[1, 0], joint, out)
         return forward, forward * math.hypot(1.0, upper), top

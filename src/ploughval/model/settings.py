@@ -39,7 +39,7 @@ def scene_law(scene: Scene, soil: Soil) -> Law:
     """
     law = soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
     if scene.model.mechanism == "two_blocks" and law.wall > 0.0:
-        law = law._replace(blocks=2.0)
+        law = law._replace(bends=1.0)
     lean = scene.blade.inclination_deg
     most = 90.0 - soil.slope_of_repose_deg
     if lean != 0.0 and abs(lean) >= most:

@@ -35,7 +35,7 @@ def weigh_fresh(surface: Floats, n: int, law: Law, work: Floats) -> tuple[float,
     x, y = surface[0], surface[1]
     force, place = straight_fresh(x, y, n, law)
     joint = (0.0, 0.0)
-    if law.blocks > 1.0 and math.isfinite(force):
+    if law.bends is not None and math.isfinite(force):
         strength = Shear(math.tan(law.peak), law.wall, law.load, 0.0)
         force, place, joint = least_bent(x, y, n + 1, strength, (force, place), True, work[0])
     return force, Band(place, 0.0, *joint)
@@ -50,7 +50,7 @@ def weigh_old(
     tan_phi = tan_mobilised(slip, law.peak, law.residual, law.mobilization)
     force = band_force(x, y, n, outcrop, tan_phi, math.tan(law.wall), law.load, law.face * y[0])
     joint = (0.0, 0.0)
-    if law.blocks > 1.0 and outcrop > tip_of(surface, law):
+    if law.bends is not None and outcrop > tip_of(surface, law):
         strength = Shear(tan_phi, law.wall, law.load, 0.0)
         force, _, joint = least_bent(x, y, n, strength, (force, outcrop), False, work[0])
     return force, Band(outcrop, slip, *joint)
