@@ -174,3 +174,4 @@ def test_samples_and_profiles_give_the_same_interval():
     # 32 walkers of 210 steps, some 400 independent samples: ends of an interval to 12 % of its length
     assert middle == pytest.approx(fit.values[0], abs=0.3 * fit.std[0])
     assert high - low == pytest.approx(fit.interval_95[0, 1] - fit.interval_95[0, 0], rel=0.2)
+    assert f"sampled: median {middle:.4g}, 95 % between {low:.4g} and {high:.4g}" in str(fit)

@@ -121,6 +121,9 @@ class SoilFit:
         for k, name in enumerate(self.parameters):
             limits = " to ".join(_limit(v) for v in self.interval_95[k])
             lines.append(f"{name}: {self.values[k]:.4g}, 95 % interval {limits}")
+            if self.posterior is not None:
+                low, _, middle, _, high = (f"{value:.4g}" for value in self.posterior[name])
+                lines.append(f"  sampled: median {middle}, 95 % between {low} and {high}")
             lines.append(f"  told by {self.told_by[k]}")
         lines.append(f"residual: {self.residual_rms_N:.3g} N rms over {self.points} points")
         return "\n".join([*lines, self.message])
