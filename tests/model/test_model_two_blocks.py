@@ -78,7 +78,8 @@ def test_smooth_blade_is_marched_with_one_block():
 
 
 @pytest.mark.parametrize(
-    ("peak", "wall"), [(30.0, 10.0), (36.0, 5.0), (36.0, 15.0), (40.0, 20.0), (50.0, 10.0), (50.0, 20.0)]
+    ("peak", "wall"),
+    [(30.0, 10.0), (36.0, 5.0), (36.0, 15.0), (33.2865, 26.9065), (40.0, 20.0), (50.0, 10.0), (50.0, 20.0)],
 )
 def test_first_force_and_band_are_those_of_level_sand(peak, wall):
     residual = min(peak, 32.0)

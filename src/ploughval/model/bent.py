@@ -110,6 +110,11 @@ def least_bent(
         return straight[0], straight[1], start
     joint = _descend(x, y, n, shear, place, start, above)
     force, outcrop = bent_force(joint, x, y, n, shear, place, above)
+    if joint[1] <= shear.lowest:  # a triangle that has come to lie below it is blind to joints above
+        raised = _descend(x, y, n, shear, place, (joint[0], shear.lowest + SPREAD * y[0]), above)
+        other, other_outcrop = bent_force(raised, x, y, n, shear, place, above)
+        if other < force:
+            force, outcrop, joint = other, other_outcrop, raised
     if force >= straight[0]:
         return straight[0], straight[1], (0.0, 0.0)
     return force, outcrop, (joint[0], max(joint[1], shear.lowest))
