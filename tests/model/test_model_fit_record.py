@@ -50,6 +50,17 @@ def test_noise_is_no_switch():
     assert read_record(u, force, 0.5, 30.0, least=3).middles_mm.size == 0
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_that_lasts_over_rows_is_no_switch_though_it_is_told_as_independent(seed):
+    u, rng = np.arange(0.0, 70.0, 0.1), np.random.default_rng(seed)
+    noise = rng.normal(size=u.size)
+    for k in range(1, u.size):  # autoregressive, integrated over 8 rows
+        noise[k] = 7 / 9 * noise[k - 1] + np.sqrt(1 - (7 / 9) ** 2) * noise[k]
+    clean = saw(u, [40.0], low=10.0, high=16.0)
+    record = read_record(u, clean + 0.4 * noise, 0.4, 30.0, least=3)
+    assert record.middles_mm == pytest.approx([40.5], abs=0.5)
+
+
 def test_rows_are_sorted_and_bad_ones_left_out():
     u = np.array([3.0, 1.0, np.nan, 2.0, -1.0, 4.0, 5.0])
     record = read_record(u, 10.0 + u, [0.1, 0.0, 0.1, 0.2, 0.1, np.nan, 0.2], 30.0, least=3)

@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 LEAST_DROP = 0.08  # of the force: a shorter fall is not taken for a switch of the band ...
 NOISES = 6.0  # ... nor one of fewer standard deviations of the noise
 WINDOW_DEPTHS = 0.02  # running mean in which switches are looked for
+WINDOWS_APART = (1, 3)  # means that are compared for the noise that is seen
 START_DEPTHS = 0.1  # a peak before this is the first one, not a switch
 RISE = 0.05  # of the first peak: a smaller rise before it is none
 
@@ -98,7 +99,7 @@ def read_record(
     good = np.isfinite(std) & (std > 0.0)
     std[~good] = np.median(std[good]) if good.any() else 0.01 * np.abs(force).max()
     smooth, rows = _running_mean(u, force, WINDOW_DEPTHS * depth_mm)
-    noise = float(np.median(std)) / np.sqrt(rows)
+    noise = max(float(np.median(std)) / np.sqrt(rows), _noise_seen(smooth, rows))
     threshold = max(LEAST_DROP, NOISES * noise / max(float(np.median(np.abs(force))), 1e-12))
     falls = _falls(smooth, threshold)
     turns = np.array([u[k] for fall in falls for k in fall], float)
@@ -135,6 +136,21 @@ def _running_mean(u: Floats, force: Floats, window_mm: float) -> tuple[Floats, i
     place = np.arange(len(force))
     half = np.minimum(np.minimum(place, len(force) - 1 - place), rows // 2)
     return (summed[place + half + 1] - summed[place - half]) / (2 * half + 1), rows
+
+
+def _noise_seen(smooth: Floats, rows: int) -> float:
+    """Noise of a running mean over so many rows, from means some windows apart.
+
+    Second differences leave next to nothing of a smooth rise, and the median passes over falls. Where the
+    rows' noise is not independent it is more than a mean of stated noises tells.
+    """
+    found = 0.0
+    for lag in (windows * rows for windows in WINDOWS_APART):
+        if len(smooth) < 10 * lag:
+            break
+        bends = smooth[2 * lag :] - 2.0 * smooth[lag:-lag] + smooth[: -2 * lag]
+        found = max(found, 1.4826 * float(np.median(np.abs(bends - np.median(bends)))) / np.sqrt(6.0))
+    return found
 
 
 def _falls(force: Floats, threshold: float) -> list[tuple[int, int]]:
