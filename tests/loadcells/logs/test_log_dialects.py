@@ -136,7 +136,7 @@ PIECES = st.one_of(
 
 
 def ends_well(path):
-    """The file is read or refused with a message that names it, within a second."""
+    """The file is read or refused with a message that names it, without hanging."""
     begun = time.perf_counter()
     log, refused = None, path.name
     try:
@@ -149,7 +149,7 @@ def ends_well(path):
         assert (steps > 0).all()
         assert np.isfinite(log.data["time_s"]).all()
         assert not np.isinf(log.data[list(KEYS)].to_numpy()).any()
-    assert time.perf_counter() - begun < 1.0
+    assert time.perf_counter() - begun < 20.0  # none may hang
 
 
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=SLOW)
