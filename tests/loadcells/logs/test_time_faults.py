@@ -196,7 +196,7 @@ def test_any_mixture_of_faults_ends_in_increasing_times_of_rows_that_were_there(
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shuffled", "pairs", "jumps", "blocks"])
 def test_the_cost_of_a_spoiled_clock_is_not_that_of_all_pairs_of_rows(kind):
-    """Ten times the rows with at most 30 times the calls (blocks in a random order: 21), not a hundred times."""
+    """Ten times the rows with at most 30 times the calls (blocks in any order: 21), not a hundred times."""
 
     def calls(rows):
         table = record(rows)
