@@ -4,8 +4,8 @@ In every test the settings tell what a laboratory would know: soil and sensitivi
 standard uncertainties. The sand's own values and the cells' own are drawn from just those normals, so that
 whatever is stated is true. Depth, width, scale and wall friction are told exactly.
 
-python benchmarks/hundred_tests.py --out /tmp/hundred --count 100
-python benchmarks/hundred_tests.py --out /tmp/hundred --first 15 --count 15       # some of them
+python benchmarks/hundred_tests.py --out TESTS --count 100
+python benchmarks/hundred_tests.py --out TESTS --first 15 --count 15       # some of them
 """
 
 import argparse

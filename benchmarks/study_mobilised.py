@@ -1,6 +1,6 @@
 """Coverage of the mobilised friction and of what is read from it, over made tests with known softening.
 
-python benchmarks/study_mobilised.py --tests /tmp/hundred --out reports/validation --virtual-test /tmp/mpm
+python benchmarks/study_mobilised.py --tests TESTS --out reports/validation --virtual-test MPM
 
 The tests are those of hundred_tests.py. Force, bands and surface are the measured ones of their results; the
 truth is the softening law that moved their sand, at the true slip. The virtual test is the folder of the

@@ -1,5 +1,6 @@
 """The initial force of records that rise, are rounded, start late or have no first peak."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from ploughval.compare.force.reading import read_force
 
 DEPTH = 30.0
 GRID = np.linspace(0.005, 60, 12_000)
-VIRTUAL = Path("/work/shared/virtual/mpm_d30_s2_force.csv")
+_SHARED = os.environ.get("PLOUGHVAL_SHARED") or Path(__file__).resolve().parents[3] / "shared"
+VIRTUAL = Path(_SHARED) / "virtual" / "mpm_d30_s2_force.csv"
 
 
 def record(u, force, noise_N=0.05, seed=0, rest=300):
