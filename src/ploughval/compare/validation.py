@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ploughval.axes import unit_of
 
+Floats = NDArray[np.float64]
 NAN = float("nan")
 _COVERAGE = 2.0
 
@@ -101,6 +103,12 @@ def distance(
         name, unit_of(name), NAN, experiment_std, NAN, model_std, value, deviation,
         verdict(value, deviation), note, input_std, numerical_std, dominant_input,
     )  # fmt: skip
+
+
+def rms(values: Floats) -> float:
+    """Root mean square of the finite values; NaN without any."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
 def verdict(error: float, validation_std: float) -> bool | None:

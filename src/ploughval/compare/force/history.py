@@ -12,7 +12,7 @@ from ploughval.compare.force.alignment import aligned_u, log_stretch
 from ploughval.compare.force.curve import Curve
 from ploughval.compare.force.pairs import Pairs
 from ploughval.compare.force.reading import Reading
-from ploughval.compare.validation import NAN, Metric, distance
+from ploughval.compare.validation import NAN, Metric, distance, rms
 
 Floats = NDArray[np.float64]
 _MOST_POINTS = 5000
@@ -72,20 +72,18 @@ def history_metrics(
         Force that normalises both, so that their ratio is kept.
     """
     error = histories.model - histories.measured
-    stds = [
-        _rms(std) / P0_N for std in (histories.measured_std, histories.numerical_std, histories.input_std)
-    ]
+    stds = [rms(std) / P0_N for std in (histories.measured_std, histories.numerical_std, histories.input_std)]
     note = f"both over the model's P0, over {histories.u_mm[-1]:.4g} mm of travel"
-    rms = distance(
+    whole = distance(
         "force_rms_P0",
-        _rms(error) / P0_N,
+        rms(error) / P0_N,
         experiment_std=stds[0],
         numerical_std=stds[1],
         input_std=stds[2],
         note=note,
     )
     return [
-        rms,
+        whole,
         *_area(histories, P0_N, note),
         *_shape(histories, measured, model, drawn),
         *_phase(histories, drawn, pairs, P0_N),
@@ -122,10 +120,10 @@ def _shape(histories: Histories, measured: Reading, model: Reading, drawn: Seque
     return [
         distance(
             "force_shape_rms_P0",
-            _rms(predicted - ratio),
-            experiment_std=_rms(np.sqrt(variance) / own),
-            numerical_std=_rms(histories.numerical_std) / theirs,
-            input_std=_rms(std_about(predicted, runs)),
+            rms(predicted - ratio),
+            experiment_std=rms(np.sqrt(variance) / own),
+            numerical_std=rms(histories.numerical_std) / theirs,
+            input_std=rms(std_about(predicted, runs)),
             note="each side over its own initial force",
         )
     ]
@@ -151,8 +149,8 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
     lacking = sum(not np.isfinite(own[:, 0]).all() for own in pairs.drawn)
     lack = f"; {lacking} of {len(pairs.drawn)} draws of the inputs lack a switch" if lacking else ""
     note = f"model's travel stretched so that {switches}{lack}"
-    before = _rms(np.where(inside, histories.model - histories.measured, NAN))
-    gone = 1 - (_rms(aligned) / before) ** 2 if before > 0 else NAN
+    before = rms(np.where(inside, histories.model - histories.measured, NAN))
+    gone = 1 - (rms(aligned) / before) ** 2 if before > 0 else NAN
     stretch = log_stretch(to, place)
     weight = np.diff(to, prepend=0.0) / to[-1]
     moved = np.array([np.abs(np.log(np.diff(own[:, 0], prepend=0.0) / np.diff(place, prepend=0.0))) @ weight
@@ -162,10 +160,10 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
     return [
         distance(
             "force_rms_aligned_P0",
-            _rms(aligned) / P0_N,
-            experiment_std=_rms(histories.measured_std) / P0_N,
-            numerical_std=_rms(histories.numerical_std) / P0_N,
-            input_std=_rms(inputs) / P0_N,
+            rms(aligned) / P0_N,
+            experiment_std=rms(histories.measured_std) / P0_N,
+            numerical_std=rms(histories.numerical_std) / P0_N,
+            input_std=rms(inputs) / P0_N,
             note=note,
         ),
         Metric(
@@ -177,15 +175,9 @@ def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: f
         distance(
             "travel_stretch",
             float(np.abs(stretch) @ weight),
-            experiment_std=_rms(ends / lengths),
+            experiment_std=rms(ends / lengths),
             numerical_std=float(np.max(pairs.numerical_std[:, 0] / place)),
             input_std=float(std_about(np.zeros(1), moved[:, None])[0]),
             note=f"mean |ln| of the stretch; {note}",
         ),
     ]
-
-
-def _rms(values: Floats) -> float:
-    """Root mean square of the finite values; NaN without any."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else NAN

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ploughval.compare.lines.effective import effective_number
 from ploughval.compare.lines.lines import Key, Line, lengths
 from ploughval.compare.lines.nearest import arcs, nearest_on_line
+from ploughval.compare.validation import rms
 
 Floats = NDArray[np.float64]
 DISTANCE_COLUMNS = (
@@ -171,12 +172,6 @@ def within(distance_mm: Floats, deviation_mm: Floats) -> Floats:
     """1 where a distance is within twice its standard uncertainty, 0 where not, NaN where that is unknown."""
     inside = np.abs(distance_mm) <= _COVERAGE * deviation_mm
     return np.where(np.isfinite(distance_mm) & np.isfinite(deviation_mm), inside, np.nan)
-
-
-def rms(values: Floats) -> float:
-    """Root mean square of the finite values; NaN without any."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
 def _mean(values: Floats) -> float:

@@ -18,12 +18,11 @@ from ploughval.compare.lines.distances import (
     beside_face,
     compare_lines,
     distance_table,
-    rms,
     within,
 )
 from ploughval.compare.lines.lines import Key, measured_lines, model_lines
 from ploughval.compare.lines.spread import Predicted, input_spread
-from ploughval.compare.validation import NAN, Metric, distance
+from ploughval.compare.validation import NAN, Metric, distance, rms
 
 if TYPE_CHECKING:
     from ploughval.model import History
