@@ -2,7 +2,7 @@
 
 import math
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -154,8 +154,3 @@ def paper_soil() -> dict[str, float]:
         "residual_friction_deg": 32.0,
         "mobilization_length_mm": 1.0,
     }
-
-
-def with_discrepancy(made: Made, discrepancy: Discrepancy) -> Made:
-    """The same record, another trust in the model."""
-    return replace(made, discrepancy=discrepancy)

@@ -42,7 +42,6 @@ ON_PHOTO_MEASURED = "#0071b2"
 ON_PHOTO_MODEL = "#d55d00"
 ON_PHOTO_HALO = "#ffffff"
 SERIES = (MEASURED, MODEL, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-DASHES = ("-", "--", "-.", ":")
 
 WIDTH_IN = 6.4
 STAGE_WIDTH_IN = 5.4  # two stand side by side on a wide page
