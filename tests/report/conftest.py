@@ -1,6 +1,10 @@
 """A result folder made by hand: saw-tooth force, straight layers, bands that steepen, in closed form."""
 
+import base64
+import hashlib
+import html
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -285,3 +289,23 @@ def result_folder(tmp_path_factory):
 def own_folder(make_results, tmp_path):
     """A result folder of the test's own, with a single stage shown."""
     return make_results(tmp_path / "r")
+
+
+@pytest.fixture(scope="session")
+def foreign_scripts():
+    """A function that lists the script elements of a page which its own policy would not let run."""
+
+    def find(page):
+        policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page).group(1)
+        admitted = html.unescape(policy)
+        foreign = []
+        for attributes, text in re.findall(r"<script([^>]*)>(.*?)</script", page, flags=re.S | re.I):
+            digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+            data = re.fullmatch(r' type="application/json" id="[a-z-]+"', attributes) is not None
+            if not data and (attributes or f"'sha256-{digest}'" not in admitted):
+                foreign.append((attributes, text[:200]))
+            if data:
+                json.loads(text)
+        return foreign
+
+    return find

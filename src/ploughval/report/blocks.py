@@ -15,10 +15,11 @@ from ploughval.report.text import MISSING, brief, label, unit, with_std
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A figure on the page."""
+    """A figure on the page; its name is that of the file it can be saved as."""
 
     svg: Markup
     caption: str
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,10 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A chapter; without figures and tables it still says what could not be had."""
+    """A chapter; without figures and tables it still says what could not be had.
+
+    ``player`` is markup of the package's own templates, shown before the figures.
+    """
 
     key: str
     title: str
@@ -59,6 +63,7 @@ class Chapter:
     tables: Sequence[Table] = ()
     notes: Sequence[str] = ()
     faults: Sequence[str] = ()
+    player: Markup | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +82,12 @@ class Pen:
     prefix: str = "f"
     count: int = field(default=0)
 
-    def draw(self, figure: Figure, alt: str, caption: str) -> Drawing:
+    def draw(self, figure: Figure, alt: str, caption: str, *, name: str = "") -> Drawing:
         """A figure as an inline drawing; the alternative text is for those who do not see it."""
         self.count += 1
         # to_svg escapes the alternative text, matplotlib every text in the figure.
         svg = Markup(to_svg(figure, f"{self.prefix}{self.count}", alt))
-        return Drawing(svg, caption)
+        return Drawing(svg, caption, name or f"{self.prefix}{self.count}")
 
 
 def value_cell(value: object, digits: int = 4) -> Cell:

@@ -22,6 +22,7 @@ from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.mound import mound_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
+from ploughval.report.scripts import page_script
 from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
@@ -30,6 +31,7 @@ from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, ve
 
 PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
+SCRIPTS = ("downloads.js",)
 
 
 def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> Path:
@@ -110,7 +112,7 @@ def render(template: str, **context: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(**context)
+    return environment.get_template(template).render(script=page_script(SCRIPTS), **context)
 
 
 class _PackageTemplates(BaseLoader):
