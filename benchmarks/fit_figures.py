@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fit_example import SHEAR_BOX
 from fit_objectives import HIGH, LOW, SIDE
+from light_png import save_light
 from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, new_figure, styled
 
 Floats = NDArray[np.float64]
@@ -22,7 +23,7 @@ TRUE = (50.0, 32.0)
 def save(figure: Figure, path: Path) -> None:
     """A small PNG."""
     with mpl.rc_context({"savefig.dpi": 80}):
-        figure.savefig(path, dpi=80, metadata={"Software": None})
+        save_light(figure, path, dpi=80)
 
 
 @styled

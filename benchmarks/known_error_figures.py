@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from light_png import save_light
 from study_model_figures import BLUE, GREY, VERMILION, style
 
 COVERED = 0.9545  # of a normal within two standard deviations
@@ -43,7 +44,7 @@ def draw_coverage(table: pd.DataFrame, path: Path) -> None:
             ax.set_xlim(0.0, 1.02)
             ax.tick_params(axis="y", length=0, labelsize=6.5)
             ax.grid(axis="y", linewidth=0.3, color="0.9")
-        figure.savefig(path, dpi=85)
+        save_light(figure, path, dpi=85)
 
 
 def _shares(ax: Axes, rows: np.ndarray, table: pd.DataFrame, name: str, colour: str) -> None:
@@ -68,4 +69,4 @@ def draw_power(power: pd.DataFrame, path: Path) -> None:
             ax.legend(frameon=False, fontsize=7)
             ax.set_ylim(-0.02, 1.02)
         figure.axes[0].set_ylabel("share of tests in which it differs")
-        figure.savefig(path, dpi=85)
+        save_light(figure, path, dpi=85)

@@ -1,6 +1,5 @@
 """Figures of the material-point run as an experiment: histories of both sides; errors in their own scale."""
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -8,8 +7,8 @@ import cv2
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from PIL import Image
 
+from light_png import save_light
 from ploughval.scene import load_scene
 from study_model_figures import BLACK, BLUE, GREY, ORANGE, VERMILION, style
 
@@ -17,7 +16,6 @@ _COLOURS = {"least_force": BLUE, "least_softened": VERMILION}
 _STAGES_MM = (24.0, 45.0)
 _EXTENT_MM = (-10.0, 160.0, -8.0, 62.0)
 _PREDICTED = "#56B4E9"
-_COLOURS_KEPT = 48
 _WIDEST = 12.0  # validation uncertainties that are drawn
 
 
@@ -133,6 +131,4 @@ def draw_layers(folder: Path, results: Mapping[str, Path], path: Path) -> None:
 
 def _save(figure: Figure, path: Path, dpi: int) -> None:
     """A PNG of few colours: a quarter of the size."""
-    whole = io.BytesIO()
-    figure.savefig(whole, dpi=dpi)
-    Image.open(whole).convert("RGB").quantize(_COLOURS_KEPT).save(path, optimize=True)
+    save_light(figure, path, dpi=dpi)

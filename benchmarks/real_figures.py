@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from light_png import save_light
 from ploughval.axes import Status
 from ploughval.piv import FramePoints
 from ploughval.scene import load_scene
@@ -41,7 +42,7 @@ def draw_wall(folder: Path, results: Path, path: Path) -> None:
             ax.set_ylim(200, 25)
             ax.set_title(f"photograph {frame}", fontsize=8)
             ax.set_axis_off()
-        figure.savefig(path, dpi=75)
+        save_light(figure, path, dpi=75)
 
 
 def draw_tracks(
@@ -67,4 +68,4 @@ def draw_tracks(
         ax.set_xlim(0, width)
         ax.set_ylim(height, 0)
         ax.set_axis_off()
-        figure.savefig(path, dpi=100, facecolor=GREY)
+        save_light(figure, path, facecolor=GREY)

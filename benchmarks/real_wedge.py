@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from light_png import save_light
 from ploughval.axes import Status
 from ploughval.piv import FramePoints, Tracker
 from ploughval.scene import Piv, Tracers
@@ -145,4 +146,4 @@ def _draw(picture: NDArray[np.uint8], line: Floats, points: Floats, path: Path) 
         ax.set_xlim(0, width)
         ax.set_ylim(height, 0)
         ax.set_axis_off()
-        figure.savefig(path, dpi=100)
+        save_light(figure, path)

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 from matplotlib.figure import Figure
 
+from light_png import save_light
 from spoil import photos_of
 from study_model_figures import style
 
@@ -32,4 +33,4 @@ def draw_sheet(folders: Mapping[str, Path], frame: int, path: Path) -> None:
                 ax.imshow(small, cmap="gray", vmin=0, vmax=255)
         for ax in figure.axes:
             ax.set_axis_off()
-        figure.savefig(path, dpi=100)
+        save_light(figure, path)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from light_png import save_light
 from made_cameras import SHAPE, made_camera, over_window, window_points
 from ploughval.photos.calibration.camera_fit import PointSet, fit_camera
 from ploughval.photos.calibration.camera_model import spread_of
@@ -160,7 +161,7 @@ def picture(found, lens, target):
     coverage.set_xlim(5.5, 44)
     for axes in (errors, coverage, seen):
         axes.grid(color="0.9")
-    figure.savefig(target, dpi=110, metadata={"Software": None})
+    save_light(figure, target, dpi=110)
 
 
 def write(table, path):

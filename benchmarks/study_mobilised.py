@@ -17,6 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from known_errors import measured_tables
+from light_png import lighten
 from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.softening.table import FrictionFindings, read_friction
 from ploughval.report.figures import SofteningLine, mobilised_figure
@@ -97,7 +98,7 @@ def virtual(folder: Path, picture: Path) -> pd.DataFrame:
     last = found.softening.iloc[-1]
     line = SofteningLine(last["peak_deg"], last["residual_deg"], last["length_mm"])
     known = SofteningLine(soil.peak_friction_deg, soil.residual_friction_deg, soil.mobilization_length_mm)
-    saved(mobilised_figure(frames, found.curve, read=line, assumed=known), picture)
+    lighten(saved(mobilised_figure(frames, found.curve, read=line, assumed=known), picture))
     return found.softening.assign(
         known_peak_deg=soil.peak_friction_deg,
         known_residual_deg=soil.residual_friction_deg,
@@ -123,7 +124,7 @@ def draw_errors(softening: pd.DataFrame, picture: Path) -> None:
         axes.axhline(0.0, color=INK, lw=0.8)
         axes.set_title(f"{what}: read less true, {'%' if unit == 'mm' else 'degrees'}")
         axes.set_xlabel("made tests, in order of the truth")
-    saved(figure, picture)
+    lighten(saved(figure, picture))
 
 
 def true_friction(slip_mm: Floats, truth: Truth) -> Floats:

@@ -10,6 +10,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from light_png import save_light
+
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#767676"
 STYLE = {
@@ -62,9 +64,8 @@ def style() -> Iterator[None]:
 
 
 def save(figure: Figure, stem: Path) -> None:
-    """Write stem.svg and stem.png."""
-    figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=100)
+    """Write stem.png, a small one."""
+    save_light(figure, stem.with_suffix(".png"))
 
 
 def label(ax: Axes, x: float, y: float, text: str, colour: str, **options: object) -> None:

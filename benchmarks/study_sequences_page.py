@@ -71,7 +71,7 @@ included.
 SETTINGS = """
 ## Spacing of the points and size of the subsets
 
-![seconds against error](settings.svg)
+![seconds against error](settings.png)
 
 24 photographs of 8 px/mm, two workers. Without `spacing_px`, points stand half a subset apart.
 
@@ -93,7 +93,7 @@ that deforms with the sand around it. Three photographs for each frame that the 
 straight ways between them, so that the switch of bands, which the run makes within 2.5 mm of travel, is
 spread over three increments.
 
-![found and true bands](virtual-bands.svg)
+![found and true bands](virtual-bands.png)
 
 ![findings over photographs](virtual-overlays.png)
 

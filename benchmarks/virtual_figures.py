@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from light_png import save_light
 from ploughval.scene import load_scene
 from study_model_figures import BLACK, BLUE, GREEN, ORANGE, VERMILION, save, style
 
@@ -56,7 +57,7 @@ def draw_overlays(folder: Path, results: Path, path: Path) -> None:
             frame = int((blade["u_mm"] - u).abs().argmin())
             _overlay(ax, folder, results, frame)
             ax.set_title(f"u = {blade['u_mm'][frame]:.1f} mm", fontsize=8)
-        figure.savefig(path, dpi=90)
+        save_light(figure, path, dpi=90)
 
 
 def _overlay(ax: Axes, folder: Path, results: Path, frame: int) -> None:
