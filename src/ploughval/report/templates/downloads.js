@@ -1,2 +1,125 @@
+// What is shown, as files: figures as SVG that stand alone, tables and curves as CSV. No request is made.
+const root = document.documentElement;
+const SVG = "http://www.w3.org/2000/svg";
+const FONT = 'Arial, Helvetica, "DejaVu Sans", sans-serif';
+const STYLED = new Set(["fill", "fill-opacity", "fill-rule", "stroke", "stroke-width", "stroke-opacity",
+  "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap", "opacity", "font-family",
+  "font-size", "font-weight", "font-style", "text-anchor", "dominant-baseline", "paint-order",
+  "image-rendering", "mix-blend-mode", "visibility", "vector-effect"]);
+const NEVER_DRAWN = "defs, defs *, symbol, symbol *, clipPath, clipPath *, style, title, desc, metadata";
+
+// The rules of the page's own style sheets that hold on this screen.
+function* rules(list) {
+  for (const rule of list) {
+    if (rule.selectorText) yield rule;
+    else if (rule.media && matchMedia(rule.media.mediaText).matches) yield* rules(rule.cssRules);
+  }
+}
+
+// Custom properties as the page's light theme has them: those of :root outside any media query.
+function lightTheme() {
+  const theme = new Map();
+  for (const sheet of document.styleSheets)
+    for (const rule of sheet.cssRules)
+      if (rule.selectorText === ":root")
+        for (const name of rule.style) if (name.startsWith("--")) theme.set(name, rule.style.getPropertyValue(name).trim());
+  theme.set("--font", FONT);
+  return theme;
+}
+
+function resolved(text, theme) {
+  return text.replace(/var\((--[\w-]+)\)/g, (all, name) => theme.get(name) ?? "currentColor");
+}
+
+// What style sheets say of an element and of what is in it, taken over as style of the copy.
+function inline(svg, copy, theme) {
+  const sheets = [...document.styleSheets].flatMap((sheet) => [...rules(sheet.cssRules)])
+    .map((rule) => [rule.selectorText, [...rule.style].filter((name) => STYLED.has(name))])
+    .filter(([selector, names]) => names.length && !/:(hover|focus|active)/.test(selector));
+  const from = [svg, ...svg.querySelectorAll("*")], to = [copy, ...copy.querySelectorAll("*")], gone = [];
+  from.forEach((element, i) => {
+    const names = sheets.filter(([selector]) => element.matches(selector)).flatMap(([, declared]) => declared);
+    const style = getComputedStyle(element);
+    for (const name of new Set(names)) to[i].style.setProperty(name, style.getPropertyValue(name));
+    if (i && style.display === "none" && !element.matches(NEVER_DRAWN)) gone.push(to[i]);
+    to[i].removeAttribute("class");
+    for (const { name, value } of [...to[i].attributes])
+      if (value.includes("var(")) to[i].setAttribute(name, resolved(value, theme));
+  });
+  for (const element of gone) element.remove();
+}
+
+// The drawing as the text of an SVG file: light theme, size in points, name and description within.
+function svgText(svg) {
+  const theme = lightTheme(), copy = svg.cloneNode(true), was = svg.getAttribute("style");
+  for (const [name, value] of theme) svg.style.setProperty(name, value);
+  const ground = getComputedStyle(svg).backgroundColor, ink = theme.get("--ink");
+  inline(svg, copy, theme);
+  if (was === null) svg.removeAttribute("style"); else svg.setAttribute("style", was);
+
+  const box = svg.viewBox.baseVal, size = svg.getBoundingClientRect();
+  const [x, y, width, height] = box && box.width ? [box.x, box.y, box.width, box.height] : [0, 0, size.width, size.height];
+  copy.setAttribute("xmlns", SVG);
+  copy.setAttribute("viewBox", [x, y, width, height].join(" "));
+  copy.setAttribute("width", `${width}pt`);
+  copy.setAttribute("height", `${height}pt`);
+  copy.setAttribute("color", ink);
+  for (const name of ["tabindex", "aria-label", "aria-labelledby", "aria-describedby", "style"]) copy.removeAttribute(name);
+  if (!/^(transparent|rgba\(.*, 0\))$/.test(ground)) copy.prepend(part("rect", { x, y, width, height, fill: ground }));
+  const caption = svg.closest("figure")?.querySelector("figcaption")?.textContent.trim();
+  const said = [svg.getAttribute("aria-label"), caption].filter(Boolean).join(" ");
+  for (const old of copy.querySelectorAll(":scope > title, :scope > desc")) old.remove();
+  if (said) copy.prepend(part("desc", {}, said));
+  copy.prepend(part("title", {}, document.title));
+  return `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(copy)}\n`;
+}
+
+function part(tag, attributes, text = "") {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.textContent = text;
+  return element;
+}
+
+// Rows of numbers and texts as CSV (RFC 4180). A text that a spreadsheet would run as a formula gets a '.
+function csv(rows) {
+  return rows.map((row) => row.map(csvCell).join(",") + "\r\n").join("");
+}
+
+function csvCell(value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "";
+  if (typeof value === "number") return String(value);
+  let text = String(value).trim();
+  if (/^[=+\-@]/.test(text) && !/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text)) text = `'${text}`;
+  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+// Hands a file to the browser's downloads. Spreadsheets need a mark to read letters beyond ASCII as UTF-8.
+function save(name, type, text) {
+  const mark = type.startsWith("text/csv") && /[^\x00-\x7f]/.test(text) ? "\ufeff" : "";
+  const address = URL.createObjectURL(new Blob([mark, text], { type: `${type};charset=utf-8` }));
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = fileName(name);
+  link.hidden = true;
+  document.body.append(link);
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(address), 60000);
+}
+
+// A name that every file system takes: letters, digits, dashes and dots, begun by the test's name.
+function fileName(name) {
+  const test = clean(document.querySelector("h1")?.textContent ?? "").slice(0, 60) || "test";
+  const at = name.lastIndexOf("."), ending = at > 0 ? clean(name.slice(at + 1)) : "";
+  return `${test}-${clean(at > 0 ? name.slice(0, at) : name) || "figure"}${ending && `.${ending}`}`;
+}
+
+function clean(text) {
+  return text.normalize("NFC").replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "");
+}
+
+window.ploughval = Object.freeze({ save, svgText, csv });
+
 // Marks the page as one whose scripts run; what needs them is shown from then on.
-document.documentElement.classList.add("scripted");
+root.classList.add("scripted");
