@@ -40,6 +40,8 @@ def pair_parts(results: Results, pen: Pen) -> tuple[list[Drawing], list[Table], 
                 "minus experiment, with twice their uncertainty.",
                 "Matched bands, model minus experiment, with 2 u_val. Diamonds: further off than that. A "
                 "life that the record cuts has no point.",
+                name="band-pairs",
+                data=("band_pairs.csv",),
             )
         )
     rows = [_row(pair) for _, pair in pairs.iterrows()]

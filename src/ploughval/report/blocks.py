@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 
 import pandas as pd
 from markupsafe import Markup
@@ -10,16 +11,20 @@ from matplotlib.figure import Figure
 
 from ploughval.axes import BAND_COLUMNS, unit_of
 from ploughval.report.figures.style import to_svg
-from ploughval.report.text import MISSING, brief, label, unit, with_std
+from ploughval.report.text import MISSING, brief, label, slug, unit, with_std
 
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A figure on the page; its name is that of the file it can be saved as."""
+    """A figure on the page; its name is that of the file it can be saved as.
+
+    ``data`` are the files of the result folder that hold what is drawn.
+    """
 
     svg: Markup
     caption: str
     name: str = ""
+    data: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,17 +82,44 @@ class Tile:
 
 @dataclass(slots=True)
 class Pen:
-    """Draws figures for a page and numbers them."""
+    """Draws figures for a page, numbers them and sees that no two have one name."""
 
     prefix: str = "f"
     count: int = field(default=0)
+    names: set[str] = field(default_factory=set)
 
-    def draw(self, figure: Figure, alt: str, caption: str, *, name: str = "") -> Drawing:
-        """A figure as an inline drawing; the alternative text is for those who do not see it."""
+    def draw(self, figure: Figure, alt: str, caption: str, *, name: str, data: Sequence[str] = ()) -> Drawing:
+        """A figure as an inline drawing; the alternative text is for those who do not see it.
+
+        Parameters
+        ----------
+        figure : Figure
+            What is drawn.
+        alt, caption : str
+            Alternative text, and what stands below.
+        name : str
+            What the figure is called as a file: becomes lower-case letters, digits and dashes, and gets a
+            number where another figure of the page has it already.
+        data : sequence of str
+            Files of the result folder that hold what is drawn.
+        """
         self.count += 1
         # to_svg escapes the alternative text, matplotlib every text in the figure.
         svg = Markup(to_svg(figure, f"{self.prefix}{self.count}", alt))
-        return Drawing(svg, caption, name or f"{self.prefix}{self.count}")
+        return Drawing(svg, caption, self.own_name(name), tuple(data))
+
+    def own_name(self, name: str) -> str:
+        """A name as that of a file, of this figure alone.
+
+        >>> pen = Pen()
+        >>> pen.own_name("Force, d = 30 mm"), pen.own_name("force d 30 mm")
+        ('force-d-30-mm', 'force-d-30-mm-2')
+        """
+        stem = slug(name)[:60].strip("-")
+        tried = (stem if number == 1 else f"{stem}-{number}" for number in count(1))
+        own = next(one for one in tried if one not in self.names)
+        self.names.add(own)
+        return own
 
 
 def value_cell(value: object, digits: int = 4) -> Cell:

@@ -28,6 +28,8 @@ def calibration_chapter(results: Results, pen: Pen) -> Chapter | None:
             f"{len(points)} control points with their residuals; rms {number(found.residual_px, 2)} px.",
             "Where the points were read, and where camera and lens put them. Arrows that turn together are a "
             "lens or a point that is wrong; scattered ones are how well the points were read.",
+            name="calibration-residuals",
+            data=("calibration.json",),
         ),
         pen.draw(
             scale_figure(scale, std, points, found.shape, tip_px),
@@ -35,6 +37,8 @@ def calibration_chapter(results: Results, pen: Pen) -> Chapter | None:
             f"standard uncertainty of a place up to {number(float(np.nanmax(std.values)), 2)} mm.",
             "Left: millimetres a pixel beside those at the tip. Right: standard uncertainty of a place, "
             "both components together; it grows away from the points.",
+            name="calibration-scale",
+            data=("calibration.json",),
         ),
     ]
     return Chapter(

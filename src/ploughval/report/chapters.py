@@ -51,6 +51,8 @@ def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
         f"predicted {_count(results.model_bands)}.",
         "A band's outcrop stays in the sand while the tip closes in on it, so the band steepens "
         "until a fresh one is cheaper.",
+        name="bands",
+        data=("bands.csv", "increments.csv", "model/bands.csv", "model/force.csv"),
     )
     notes = list(missing)
     if results.bands is not None and results.bands.empty:
@@ -77,6 +79,8 @@ def _kinematics(increments: pd.DataFrame, pen: Pen) -> Drawing:
         "Velocity of the moving block along the travel and upwards for a millimetre of the blade.",
         "Motion of the block for a millimetre of the blade. A rigid block over one band moves by 1 along and "
         f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments.",
+        name="block-motion",
+        data=("increments.csv",),
     )
 
 
@@ -124,7 +128,15 @@ def field_chapter(results: Results, pen: Pen) -> Chapter | None:
             tracks, before, row, extent=extent, surface=surface, thickness_mm=results.thickness_mm
         )
         words = f"between u = {u[before]:.1f} mm and {u[row]:.1f} mm"
-        drawings.append(pen.draw(figure, f"Displacement of the sand {words}.", f"Frame {frame}: {words}."))
+        drawings.append(
+            pen.draw(
+                figure,
+                f"Displacement of the sand {words}.",
+                f"Frame {frame}: {words}.",
+                name=f"displacement-f{frame:03d}",
+                data=("tracks.nc", "surface.csv"),
+            )
+        )
     if not drawings:
         return Chapter("field", "Displacement field", notes=("No two photographs share a tracked point.",))
     return Chapter(

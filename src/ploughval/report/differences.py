@@ -109,6 +109,8 @@ def distance_parts(results: Results, pen: Pen) -> tuple[list[Drawing], list[Tabl
         f"Rms distance between measured and predicted layers by layer and travel. {words}",
         f"Rms normal distance of measured from predicted layers. {words} Crosses: more than twice the "
         "uncertainty of a point.",
+        name="layer-distances",
+        data=("layer_distances.csv",),
     )
     rows = [_layer_row(float(str(height)), part) for height, part in known.groupby("layer", sort=True)]
     note = (

@@ -15,6 +15,7 @@ from ploughval.scene import Step
 
 ENVELOPE_COLUMNS = ("u_mm", "low_N", "high_N")
 PAIR_COLUMNS = ("switch_experiment", "switch_model", "u_mm_experiment", "u_mm_model", "u_mm_error")
+_HISTORIES = ("force.csv", "model/force.csv", "peaks.csv", "force_envelope.csv")
 
 
 def force_chapter(results: Results, pen: Pen) -> Chapter | None:
@@ -40,6 +41,8 @@ def force_chapter(results: Results, pen: Pen) -> Chapter | None:
             ),
             f"Force against displacement of the blade. {_force_words(results)}",
             _force_caption(results, drawn=envelope is not None and bool(envelope["low_N"].notna().any())),
+            name="force",
+            data=(*_HISTORIES, "bands.csv", "model/bands.csv"),
         )
     ]
     drawings += _shape(results, envelope, pairs, pen)
@@ -52,6 +55,8 @@ def force_chapter(results: Results, pen: Pen) -> Chapter | None:
                     "Height of the line of action of the force above the tip, against displacement.",
                     f"Line of action of {_acting(results)}. Dotted: a third of the depth, where a "
                     "pressure growing linearly with depth acts.",
+                    name="line-of-action",
+                    data=("force.csv",),
                 )
             )
         else:
@@ -86,7 +91,8 @@ def _shape(
         caption += (
             " Shaded: 95 % of the drawn inputs, over the stated run's initial force, so with its level."
         )
-    return [pen.draw(figure, f"Shape of the force, P over own P₀ against u / d. {caption}", caption)]
+    alt = f"Shape of the force, P over own P₀ against u / d. {caption}"
+    return [pen.draw(figure, alt, caption, name="force-shape", data=(*_HISTORIES, "peak_pairs.csv"))]
 
 
 def _switches(pairs: pd.DataFrame) -> Table:

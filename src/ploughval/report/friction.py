@@ -58,6 +58,8 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
         f"{number(high, 3)} degrees. {_read_words(read)}",
         "The friction that the measured force, surface and band need for equilibrium, without running "
         "the model. Marks: at the photographs; lines: at every step of the force, with 95 % limits.",
+        name="mobilised-friction",
+        data=("mobilised.csv", "mobilised_curve.csv", "softening.csv"),
     )
     tables = [] if softening is None else [_softening_table(softening)]
     notes: tuple[str, ...] = ()

@@ -97,6 +97,8 @@ def _residuals(points: pd.DataFrame, quality: pd.DataFrame, pen: Pen) -> Drawing
         "Calibration of the cells: known moments less those that the readings give. Triangles point up "
         "while loads were put on, down while they were taken off; dashed: two standard errors; grey: below "
         "the limit of use.",
+        name="cell-calibration",
+        data=("cell_calibration.csv", "cell_quality.csv"),
     )
 
 
@@ -139,6 +141,8 @@ def _shares(budget: pd.DataFrame, pen: Pen) -> Drawing:
         f"Shares of the variance of force and line of action; largest for the {'; for the '.join(largest)}.",
         "What the standard uncertainty of one sample is made of at the mean load, for the force and for its "
         f"line of action.{said}{_exact(budget)}",
+        name="force-budget",
+        data=("budget.csv",),
     )
 
 

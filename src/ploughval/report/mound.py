@@ -32,6 +32,8 @@ def mound_chapter(results: Results, pen: Pen) -> Chapter | None:
         "Heights and area are above the initial surface; the front is where the surface leaves it. The flank "
         "falls from near the crest to near the front, steps included; the front is its lowest step. Dotted: "
         f"the slope of repose that the model was given. {words}".strip(),
+        name="mound",
+        data=("mound.csv",),
     )
     rows = []
     for source, said in (("experiment", "measured"), ("model", "predicted")):

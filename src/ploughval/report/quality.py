@@ -24,6 +24,8 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
                 "Blade position seen in the photographs minus the displacement used, against displacement.",
                 "Blade seen in the photographs against the displacement used: a slope would be a wrong "
                 "scale, an offset a wrong clock.",
+                name="blade-position",
+                data=("blade.csv",),
             )
         )
     if results.volume is not None and results.volume["ratio"].notna().any():
@@ -34,6 +36,8 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
                 f"Area of the heap over the area swept by the blade; the median is {number(middle, 3)}.",
                 "Area of the heap ahead of the blade over the area that the blade has swept, with twice its "
                 "standard deviation: a check of scale, tip and surface. Above 1: sand has loosened.",
+                name="heap-area",
+                data=("volume.csv",),
             )
         )
     if run.noise is not None and run.noise.grey:
@@ -68,6 +72,8 @@ def _noise(entry: NoiseEntry, pen: Pen) -> Drawing:
         f"Noise of one photograph from the difference of the first two, in sand that stays: {said}. Dashed: "
         f"variance in proportion to light, and a floor.{bent} Standard deviations of displacements follow "
         "the residuals of their own subset, and with them the noise at its grey.",
+        name="camera-noise",
+        data=("run.json",),
     )
 
 

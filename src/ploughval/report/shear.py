@@ -97,6 +97,8 @@ def _stage(
         f"Maximum shear strain {words}, and since the start.",
         f"Frame {frame}: small strain of the increment {words} (above), logarithmic strain since u = 0 at "
         f"the points' present places (below). Noise floors {floors}.",
+        name=f"shear-f{frame:03d}",
+        data=("tracks.nc", "surface.csv", "increments.csv"),
     )
 
 

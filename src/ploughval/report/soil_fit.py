@@ -117,6 +117,8 @@ def _drawings(fit: FitRecord, folder: Path, pen: Pen) -> list[Drawing]:
                 "lines.",
                 "Profiles: the least cost with one parameter held. Points are fits; between them the root of "
                 "the rise is straight.",
+                name="soil-fit-profiles",
+                data=("fit_profiles.csv", "fit.json"),
             )
         )
     if landscape is not None and len(landscape):
@@ -126,6 +128,8 @@ def _drawings(fit: FitRecord, folder: Path, pen: Pen) -> list[Drawing]:
                 f"Cost over pairs of {_names(fit)}, least at the cross.",
                 "Landscapes: the cost over two parameters with the others at their best. One valley: the "
                 "search cannot end elsewhere. A valley aslant: the two are told together only.",
+                name="soil-fit-landscapes",
+                data=("fit_landscape.csv", "fit.json"),
             )
         )
     return found
@@ -142,6 +146,8 @@ def _fit_drawing(fit: FitRecord, curve: pd.DataFrame, pen: Pen) -> Drawing:
         f"Measured force and best fit over displacement, {number(fit.residual_rms_N, 2)} N apart (rms).",
         f"Best fit: {number(fit.residual_rms_N, 2)} N rms over {rows}. Below: what is missed, in standard "
         "deviations of the noise. Dotted: the record changes its band.",
+        name="soil-fit",
+        data=("fit_force.csv", "fit.json"),
     )
 
 

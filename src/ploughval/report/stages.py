@@ -142,6 +142,8 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
                 f"Tracer layers at u = {u:.1f} mm: predicted above, measured below"
                 + (", coloured by their distance from the predicted ones." if frame in differences else "."),
                 f"Frame {frame}, u = {u:.1f} mm.",
+                name=f"layers-f{frame:03d}",
+                data=("layers.csv", "surface.csv", "model/layers.csv", "model/surface.csv"),
             )
         )
     notes = [photographs.missing] if photographs is not None and photographs.missing else []

@@ -179,7 +179,7 @@ def agreement_drawings(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Dra
         shares = [parts(metric) for metric in some.values()]
         known = all(share is not None for share in shares)
         figure = agreement_figure(names, ratios, [share for share in shares if share] if known else None)
-        drawings.append(pen.draw(figure, words, words))
+        drawings.append(pen.draw(figure, words, words, name=f"agreement-{title}", data=("metrics.json",)))
     return drawings
 
 

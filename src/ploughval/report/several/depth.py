@@ -45,7 +45,7 @@ def depth_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
         trends = [trend for trend in found.trends if trend.series == series]
         shown = _best_known(trends)
         words = f"Scaled metrics against depth, groups {series}: measured ± std, and predicted."
-        drawings.append(pen.draw(trends_figure(shown), words, words))
+        drawings.append(pen.draw(trends_figure(shown), words, words, name=f"depth-trends-{series}"))
         if len(shown) < len(trends):
             left = len(trends) - len(shown)
             notes.append(
@@ -60,7 +60,7 @@ def depth_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
         powered.sort(key=lambda trend: trend.metric != _PREFERRED)
         if powered:
             words = _power_words(powered[0])
-            drawings.append(pen.draw(power_figure(powered[0]), words, words))
+            drawings.append(pen.draw(power_figure(powered[0]), words, words, name=f"depth-power-{series}"))
         notes += _notes(series, trends)
     return Chapter("depth", "Effect of depth", lead=LEAD, drawings=drawings, tables=tables, notes=notes)
 

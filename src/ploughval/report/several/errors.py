@@ -40,7 +40,7 @@ def errors_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
             f"Means that differ from zero: {', '.join(outside)}." if outside else "No mean differs from zero."
         )
         words = f"{subject}: errors of {len(judged)} metrics in validation uncertainties. {said}"
-        drawings.append(pen.draw(errors_figure(judged), words, words))
+        drawings.append(pen.draw(errors_figure(judged), words, words, name=f"mean-errors-{subject}"))
     return Chapter("errors", "Model against experiment", lead=LEAD, drawings=drawings, tables=tables)
 
 

@@ -60,7 +60,8 @@ def repeatability_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
         history = found.histories.get(group)
         if history is not None:
             words = f"Group {group}: measured force of {len(history.tests)} tests over travel."
-            drawings.append(pen.draw(envelope_figure(history), words, words + _envelope_words(found, group)))
+            caption = words + _envelope_words(found, group)
+            drawings.append(pen.draw(envelope_figure(history), words, caption, name=f"mean-force-{group}"))
     if len({*found.repeats, *found.histories}) > MOST_GROUPS:
         notes.append(
             f"Figures are of the {MOST_GROUPS} groups with the most tests; the tables of others are folded."
@@ -101,7 +102,7 @@ def _scatter(repeats: Sequence[Repeat], of: str, pen: Pen) -> list[Drawing]:
         return []
     words = f"{of}: scatter between tests, in per cent of the mean of each metric."
     caption = "Dots: tests. Line: ± s_r. Grey: ± the standard uncertainty that the tests state."
-    return [pen.draw(scatter_figure(drawn), words, f"{words} {caption}")]
+    return [pen.draw(scatter_figure(drawn), words, f"{words} {caption}", name=f"scatter-{of}")]
 
 
 def interval(low: float, high: float) -> str:

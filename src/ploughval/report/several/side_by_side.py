@@ -34,6 +34,7 @@ def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
                     forces_figure(histories, measured=measured),
                     f"Normalised force against displacement, {word}, of {', '.join(shown)}.",
                     f"Force {word}, each test divided by its own P₀ and depth.{legend}",
+                    name=f"forces-{word}",
                 )
             )
     bare = [
