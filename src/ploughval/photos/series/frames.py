@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
+from ploughval.photos.reading.exif import Shot
 from ploughval.photos.reading.grey import Samples
 from ploughval.photos.reading.reader import Reader
 
@@ -32,6 +33,10 @@ class FrameSeries:
         What was found wrong that belongs to no frame (order, files left out).
     missing : tuple of str
         Photographs that have a time but are not there.
+    bits : int
+        Bits of a sample as stored, 8 or 16.
+    shots : tuple of Shot
+        What EXIF says of camera, lens and exposure, one a frame; empty where it was not asked.
     """
 
     paths: tuple[Path, ...]
@@ -42,6 +47,8 @@ class FrameSeries:
     notes: tuple[str, ...] = ()
     pages: tuple[int, ...] = ()
     missing: tuple[str, ...] = ()
+    bits: int = 8
+    shots: tuple[Shot, ...] = ()
     reader: Reader = field(default_factory=Reader, repr=False)
 
     def __len__(self) -> int:

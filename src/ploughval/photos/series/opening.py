@@ -10,6 +10,7 @@ import numpy as np
 
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.photos.reading.decode import ENDINGS, read_header
+from ploughval.photos.reading.exif import Shot
 from ploughval.photos.reading.header import Header
 from ploughval.photos.reading.reader import Reader
 from ploughval.photos.series import order, times
@@ -91,6 +92,8 @@ def open_frames(scene: Scene) -> FrameSeries:
         notes=tuple(notes),
         pages=tuple(found[k].page for k in places),
         missing=stamped.missing,
+        bits=next(frame.header.bits for frame in found if frame.header is not None),
+        shots=tuple(_shot(found[k]) for k in places),
         reader=Reader(camera.channel),
     )
 
@@ -141,6 +144,10 @@ def _look(path: Path, folder: Path) -> list[_Found]:
     except DataError as error:
         return [_Found(path, name, 0, None, str(error).removeprefix(f"{path}: "))]
     return [_Found(path, name, page, header) for page in header.pages]
+
+
+def _shot(frame: _Found) -> Shot:
+    return Shot() if frame.header is None else frame.header.tags.shot
 
 
 def _one_shape(found: Sequence[_Found]) -> tuple[int, int]:
