@@ -24,10 +24,7 @@ HOSTILE = (
 )
 HOSTILE_FILE = """{frame:03d}<img src=x onerror=window.__hit=3>&"'=.png"""
 MM_PER_PX, TIP_PX = 0.5, (30.0, 100.0)
-WATCH = """
-window.__violations = [];
-document.addEventListener("securitypolicyviolation", (e) => window.__violations.push(e.violatedDirective));
-"""
+CHECKS = Path(__file__).with_name("checks.js")
 
 
 def _executable(playwright):
@@ -162,7 +159,7 @@ def visit(chromium):
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(10_000)
-        page.add_init_script(WATCH)
+        page.add_init_script(path=CHECKS)
         address = Path(path).resolve().as_uri()
         page.on("console", lambda message: troubles.append(f"console: {message.text}"))
         page.on("pageerror", lambda error: troubles.append(f"error: {error}"))
@@ -173,7 +170,7 @@ def visit(chromium):
     yield open_page
     for context in contexts:
         for page in context.pages:
-            troubles += page.evaluate("(window.__violations || []).map((v) => 'policy: ' + v)")
+            troubles += page.evaluate("window.checks ? checks.violations.map((v) => 'policy: ' + v) : []")
             troubles += page.evaluate("window.__hit ? ['a text ran as a script: ' + window.__hit] : []")
         context.close()
     assert troubles == []
