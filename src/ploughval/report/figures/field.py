@@ -13,7 +13,7 @@ from ploughval.report.figures.layers import Extent, draw_blade
 from ploughval.report.figures.style import INK, STAGE_WIDTH_IN, new_figure, styled
 
 Points = NDArray[np.float64]
-MOST_VECTOR_POINTS = 600
+MOST_VECTOR_POINTS = 300
 MOST_ARROWS = 140
 # Without the darkest part, which would vanish on a dark page.
 COLOURS = LinearSegmentedColormap.from_list("sand", colormaps["cividis"](np.linspace(0.25, 1.0, 64)))

@@ -19,7 +19,7 @@ from ploughval.report.figures.style import (
     styled,
 )
 
-MOST_POINTS = 4000
+MOST_POINTS = 1500
 
 
 def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:

@@ -14,6 +14,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from ploughval.errors import DataError
+from ploughval.report.figures import look
+from ploughval.report.figures.svg import compact
 
 # Colours that the page re-defines for dark screens; kept apart from pure black and white on purpose.
 P = ParamSpec("P")
@@ -44,6 +46,8 @@ ON_PHOTO_HALO = "#ffffff"
 SERIES = (MEASURED, MODEL, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 
 WIDTH_IN = 6.4
+_PHOTOGRAPH_PIXELS = 40_000  # opaque pictures from this size on are photographs
+_PALETTE_BYTES = 10_000
 STAGE_WIDTH_IN = 5.4  # two stand side by side on a wide page
 _RC: Any = {
     "font.size": 10,
@@ -88,15 +92,29 @@ def styled(plot: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(plot)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> R:
-        with mpl.rc_context(_RC):
-            return plot(*args, **kwargs)
+        with mpl.rc_context(look.settings(_RC)):
+            drawn = plot(*args, **kwargs)
+            if isinstance(drawn, Figure):
+                look.finish(drawn)
+            return drawn
 
     return wrapped
 
 
-def new_figure(height_in: float, *, width_in: float = WIDTH_IN) -> Figure:
-    """An empty figure of the house width; its axes are laid out when it is drawn."""
-    return Figure(figsize=(width_in, height_in), layout="constrained")
+def new_figure(
+    height_in: float = 0.0, *, width_in: float = WIDTH_IN, picture_in: float = 0.0, text_in: float = 0.0
+) -> Figure:
+    """An empty figure of the house width, or of the look in force; its axes are laid out when it is drawn.
+
+    Parameters
+    ----------
+    height_in, picture_in, text_in : float, inches
+        Parts of the height, by what they follow on paper: see :func:`.look.figure_size`.
+    width_in : float, inches
+        Width on the page.
+    """
+    size = look.figure_size(height_in, width_in=width_in, picture_in=picture_in, text_in=text_in)
+    return Figure(figsize=size, layout="constrained")
 
 
 def plain(text: str, length: int = 48) -> str:
@@ -138,20 +156,10 @@ def to_svg(figure: Figure, key: str, alt: str) -> str:
     figure.savefig(
         buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
     )
-    body = buffer.getvalue()
-    body = body[body.index("<svg") :]
-    view = re.search(r'viewBox="[^"]*"', body)
-    body = body[body.index(">") + 1 :]
-    body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
-    body = re.sub(r'data:image/png;base64,([^"]+)', _lighter, body)
-    body = re.sub(r"'DejaVu Sans'[^;\"]*sans-serif", "var(--font)", body)
-    for colour, name in THEMED.items():
-        body = body.replace(colour, f"var(--{name})")
-    body = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', body)
-    body = re.sub(r'xlink:href="#', f'href="#{key}-', body).replace("xlink:href", "href")
-    body = body.replace("url(#", f"url(#{key}-")
-    body = re.sub(r"\n\s*", "\n", body)
-    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{_attribute(alt)}">{body}'
+    source = buffer.getvalue()
+    view = re.search(r'viewBox="[^"]*"', source)
+    body = compact(re.sub(r"data:image/png;base64,([^\"]+)", _lighter, source), key, _themed)
+    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{_attribute(alt)}">{body}</svg>'
 
 
 @styled
@@ -176,6 +184,14 @@ def saved(figure: Figure, target: Path) -> Path:
     return target
 
 
+def _themed(style: str) -> str:
+    """A style whose colours and type are those of the page's theme."""
+    style = re.sub(r"'DejaVu Sans'[^;]*sans-serif", "var(--font)", style)
+    for colour, name in THEMED.items():
+        style = style.replace(colour, f"var(--{name})")
+    return style
+
+
 def _attribute(text: str) -> str:
     for mark, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
         text = text.replace(mark, entity)
@@ -183,11 +199,19 @@ def _attribute(text: str) -> str:
 
 
 def _lighter(found: re.Match[str]) -> str:
-    """An opaque embedded picture as JPEG (photographs of sand are noise: PNG is five times larger)."""
-    picture = Image.open(io.BytesIO(base64.b64decode(found.group(1))))
-    alpha = picture.convert("RGBA").getchannel("A").getextrema()
-    if alpha != (255, 255) or picture.width * picture.height < 40_000:
-        return re.sub(r"\s", "", found.group(0))
+    """An embedded picture with fewer bytes.
+
+    Opaque ones become JPEG (photographs of sand are noise: PNG is five times larger), large others get a
+    palette, which no eye tells from the picture.
+    """
+    data = base64.b64decode(found.group(1))
+    picture = Image.open(io.BytesIO(data)).convert("RGBA")
+    opaque = picture.getchannel("A").getextrema() == (255, 255)
     buffer = io.BytesIO()
-    picture.convert("RGB").save(buffer, format="JPEG", quality=82, optimize=True)
-    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()
+    if opaque and picture.width * picture.height >= _PHOTOGRAPH_PIXELS:
+        picture.convert("RGB").save(buffer, format="JPEG", quality=82, optimize=True)
+        return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()
+    if len(data) > _PALETTE_BYTES:
+        picture.quantize(256, method=Image.Quantize.FASTOCTREE).save(buffer, format="PNG", optimize=True)
+        data = min(data, buffer.getvalue(), key=len)
+    return "data:image/png;base64," + base64.b64encode(data).decode()

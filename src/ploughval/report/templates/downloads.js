@@ -31,9 +31,11 @@ function resolved(text, theme) {
   return text.replace(/var\((--[\w-]+)\)/g, (all, name) => theme.get(name) ?? "currentColor");
 }
 
-// What style sheets say of an element and of what is in it, taken over as style of the copy.
+// What the page's style sheets say of an element and of what is in it, taken over as style of the copy; style
+// sheets within a drawing go with it.
 function inline(svg, copy, theme) {
-  const sheets = [...document.styleSheets].flatMap((sheet) => [...rules(sheet.cssRules)])
+  const sheets = [...document.styleSheets].filter((sheet) => !sheet.ownerNode.closest("svg"))
+    .flatMap((sheet) => [...rules(sheet.cssRules)])
     .map((rule) => [rule.selectorText, [...rule.style].filter((name) => STYLED.has(name))])
     .filter(([selector, names]) => names.length && !/:(hover|focus|active)/.test(selector));
   const from = [svg, ...svg.querySelectorAll("*")], to = [copy, ...copy.querySelectorAll("*")], gone = [];
@@ -42,7 +44,7 @@ function inline(svg, copy, theme) {
     const style = getComputedStyle(element);
     for (const name of new Set(names)) to[i].style.setProperty(name, style.getPropertyValue(name));
     if (i && style.display === "none" && !element.matches(NEVER_DRAWN)) gone.push(to[i]);
-    to[i].removeAttribute("class");
+    if (element.localName === "style") to[i].textContent = resolved(element.textContent, theme);
     for (const { name, value } of [...to[i].attributes])
       if (value.includes("var(")) to[i].setAttribute(name, resolved(value, theme));
   });
