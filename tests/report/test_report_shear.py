@@ -4,13 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.patches import Circle
 
 from ploughval.piv.strain import StrainMeasure
 from ploughval.report import shear
 from ploughval.report.blocks import Pen
 from ploughval.report.chapters import bands_chapter
 from ploughval.report.figures import kinematics_figure, shear_figure
-from ploughval.report.figures.shear import Band
+from ploughval.report.figures.shear import Band, ShearMap, highest
 from ploughval.report.results import read_results
 
 EXTENT = (-8.0, 120.0, -10.0, 45.0)
@@ -96,7 +97,36 @@ def test_the_chapter_shows_a_map_a_stage_and_says_its_gauge(results):
     assert chapter is not None
     assert len(chapter.grid) >= 1
     assert f"{shear.gauge_mm(results):.3g}" in chapter.lead
-    assert "Noise floors" in chapter.grid[0].caption
+    assert "noise floors" in chapter.grid[0].caption
+
+
+class Kept(Pen):
+    """A pen that keeps its figures."""
+
+    def draw(self, figure, alt, caption, *, name, data=()):
+        self.figures = [*getattr(self, "figures", []), figure]
+        return Pen.draw(self, figure, alt, caption, name=name, data=data)
+
+
+def test_all_stages_have_the_colours_of_one_scale_a_kind(results):
+    pen = Kept("s")
+    shear.shear_chapter(results, pen)
+    scales = {tuple(axes.images[0].get_clim() for axes in figure.axes[:2]) for figure in pen.figures}
+    assert len(pen.figures) > 1
+    assert len(scales) == 1
+
+
+def test_the_scale_of_several_maps_holds_99_per_cent_of_all_their_nodes():
+    a, b = (ShearMap(np.array(v), EXTENT, 0.0, 1.0) for v in ([[0.0, np.nan]], [[1.0, 2.0]]))
+    assert highest([a, b]) == pytest.approx(np.quantile([0.0, 1.0, 2.0], 0.99))
+    assert np.isnan(highest([]))
+
+
+def test_the_figure_draws_the_gauge_to_scale():
+    plain = ShearMap(np.zeros((3, 3)), EXTENT, 0.001, 7.5)
+    figure = shear_figure((plain, plain), u_mm=(0.0, 1.0), extent=EXTENT)
+    circles = [patch for axes in figure.axes for patch in axes.patches if isinstance(patch, Circle)]
+    assert [2 * circle.radius for circle in circles] == [7.5, 7.5]
 
 
 def test_without_tracks_there_is_no_map(results):

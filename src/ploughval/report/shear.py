@@ -12,7 +12,7 @@ from ploughval.report.blocks import Chapter, Drawing, Pen
 from ploughval.report.chapters import not_had
 from ploughval.report.figures import shear_figure
 from ploughval.report.figures.layers import Extent, stage
-from ploughval.report.figures.shear import Band, ShearMap
+from ploughval.report.figures.shear import Band, ShearMap, highest
 from ploughval.report.results import Results
 from ploughval.report.stages import increments_shown, view
 from ploughval.report.text import number
@@ -36,6 +36,15 @@ class _Pair:
     std: Values  # (N,) mm
 
 
+@dataclass(frozen=True, slots=True)
+class _Stage:
+    """Both maps of a stage: frame, rows of the tracks before and after."""
+
+    shown: tuple[int, int, int]
+    increment: ShearMap
+    total: ShearMap
+
+
 def shear_chapter(results: Results, pen: Pen) -> Chapter | None:
     """Incremental and total maximum shear strain at the stages shown."""
     tracks = results.tracks
@@ -43,14 +52,17 @@ def shear_chapter(results: Results, pen: Pen) -> Chapter | None:
         missing = not_had(results, Step.TRACKS, "The strain of the sand")
         return Chapter("shear", "Shear strain", notes=missing) if missing else None
     extent, gauge = view(results), gauge_mm(results)
-    drawings = [_stage(results, tracks, shown, extent, gauge, pen) for shown in increments_shown(results)]
+    stages = [_stage(results, tracks, shown, extent, gauge) for shown in increments_shown(results)]
+    tops = (highest([one.increment for one in stages]), highest([one.total for one in stages]))
+    drawings = [_drawing(results, tracks, one, extent, tops, pen) for one in stages]
     if not drawings:
         return Chapter("shear", "Shear strain", notes=("No two photographs share enough tracked points.",))
     lead = (
         "Maximum shear strain (the difference of the principal strains), from planes put through the "
         f"displacements of all points within a circle of {number(gauge, 3)} mm. A band thinner than that is "
         "drawn as wide as the circle, its slip spread over it. No colour: no points. Dashed: the band of "
-        "the increment."
+        "the increment. The colours of increments are those of all stages shown, and so are those of the "
+        "strain since the start: stages compare."
     )
     return Chapter("shear", "Shear strain", lead=lead, grid=drawings)
 
@@ -74,8 +86,8 @@ def _stage(
     shown: tuple[int, int, int],
     extent: Extent,
     gauge: float,
-    pen: Pen,
-) -> Drawing:
+) -> _Stage:
+    """Both maps of a stage."""
     (frame, before, row), u = shown, tracks["u_mm"].to_numpy()
     surface = stage(results.surface, frame)
     increment, total = (
@@ -85,18 +97,31 @@ def _stage(
             (_total(tracks, row), StrainMeasure.HENCKY),
         )
     )
+    return _Stage(shown, increment, total)
+
+
+def _drawing(
+    results: Results,
+    tracks: xr.Dataset,
+    one: _Stage,
+    extent: Extent,
+    tops: tuple[float, float],
+    pen: Pen,
+) -> Drawing:
+    (frame, before, row), u = one.shown, tracks["u_mm"].to_numpy()
+    surface = stage(results.surface, frame)
     figure = shear_figure(
-        (increment, total), u_mm=(float(u[before]), float(u[row])), extent=extent, surface=surface,
-        band=_band(results, int(tracks["frame"].to_numpy()[before])),
+        (one.increment, one.total), tops=tops, u_mm=(float(u[before]), float(u[row])), extent=extent,
+        surface=surface, band=_band(results, int(tracks["frame"].to_numpy()[before])),
         thickness_mm=results.thickness_mm,
     )  # fmt: skip
     words = f"from u = {u[before]:.1f} mm to {u[row]:.1f} mm"
-    floors = " and ".join(number(m.floor, 2) for m in (increment, total))
+    floors = " and ".join(number(m.floor, 2) for m in (one.increment, one.total))
     return pen.draw(
         figure,
         f"Maximum shear strain {words}, and since the start.",
         f"Frame {frame}: small strain of the increment {words} (above), logarithmic strain since u = 0 at "
-        f"the points' present places (below). Noise floors {floors}.",
+        f"the points' present places (below). Gauge {number(one.total.gauge_mm, 3)} mm, noise floors {floors}.",
         name=f"shear-f{frame:03d}",
         data=("tracks.nc", "surface.csv", "increments.csv"),
     )
@@ -134,7 +159,7 @@ def shear_map(
     values = np.full((len(y), len(x)), np.nan)
     whole = (x0, x0 + len(x) * step, y0, y0 + len(y) * step)
     if good.sum() < 4:
-        return ShearMap(values, whole, np.nan)
+        return ShearMap(values, whole, np.nan, gauge)
     nodes = np.stack(np.meshgrid(x + step / 2, y + step / 2), axis=-1).reshape(-1, 2)
     distance, nearest = cKDTree(pair.place[good]).query(nodes)
     inside = (distance < _REACH * gauge) & (nodes[:, 0] > u_mm) & _below(nodes, surface)
@@ -150,7 +175,8 @@ def shear_map(
     shear = max_shear(field.strain)
     floor = _FLOORS * field.floor
     values.ravel()[np.flatnonzero(inside)] = shear
-    return ShearMap(values, whole, float(np.nanmedian(floor)) if np.isfinite(floor).any() else np.nan)
+    typical = float(np.nanmedian(floor)) if np.isfinite(floor).any() else np.nan
+    return ShearMap(values, whole, typical, gauge)
 
 
 def _below(nodes: Values, surface: object) -> NDArray[np.bool_]:

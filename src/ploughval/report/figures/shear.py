@@ -1,16 +1,20 @@
 """Maximum shear strain of an increment above, since the start below, with band, blade and surface."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from ploughval.report.figures.field import COLOURS
 from ploughval.report.figures.layers import Extent, draw_blade
-from ploughval.report.figures.style import INK, MODEL, STAGE_WIDTH_IN, new_figure, styled
+from ploughval.report.figures.look import small_pt
+from ploughval.report.figures.style import INK, MODEL, MUTED, STAGE_WIDTH_IN, new_figure, styled
+from ploughval.report.text import number
 
 _TOP_SHARE = 0.99  # of the nodes: the colours end there
 
@@ -20,12 +24,18 @@ class ShearMap:
     """Maximum shear strain on a grid.
 
     ``values`` (rows, columns), 1, row 0 lowest, NaN where it is not known; ``extent`` x0, x1, y0, y1, mm;
-    ``floor`` typical noise floor, 1.
+    ``floor`` typical noise floor, 1; ``gauge_mm`` diameter of the circle over which strain is taken.
     """
 
     values: NDArray[np.float64]
     extent: Extent
     floor: float
+    gauge_mm: float
+
+    @property
+    def top(self) -> float:
+        """Where colours end, when the map stands alone; NaN without a known value."""
+        return highest([self])
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +53,7 @@ def shear_figure(
     *,
     u_mm: tuple[float, float],
     extent: Extent,
+    tops: tuple[float, float] | None = None,
     surface: pd.DataFrame | None = None,
     band: Band | None = None,
     thickness_mm: float = 5.0,
@@ -57,6 +68,8 @@ def shear_figure(
         Blade displacement at the increment's start and end.
     extent : tuple of float, mm
         Part of the world that is shown: x0, x1, y0, y1.
+    tops : (float, float), 1, or None
+        Strains at which the colours of either map end, so that stages compare; None: each map's own.
     surface : DataFrame (x_mm, y_mm) or None
         Free surface at the end.
     band : Band or None
@@ -66,14 +79,16 @@ def shear_figure(
     """
     x0, x1, y0, y1 = extent
     panel = min(4.5 * (y1 - y0) / (x1 - x0), 4.0)
-    figure = new_figure(0.5 + 2 * (panel + 0.85), width_in=STAGE_WIDTH_IN)
-    for axes, shown, text in zip(
+    figure = new_figure(text_in=0.5 + 2 * 0.95, picture_in=2 * panel, width_in=STAGE_WIDTH_IN)
+    for axes, shown, top, text in zip(
         figure.subplots(2, 1),
         maps,
+        (maps[0].top, maps[1].top) if tops is None else tops,
         (f"from u = {u_mm[0]:.1f} mm to {u_mm[1]:.1f} mm", f"from the start to u = {u_mm[1]:.1f} mm"),
         strict=True,
     ):
-        _panel(figure, axes, shown)
+        _panel(figure, axes, shown, top)
+        _gauge(axes, shown.gauge_mm, extent)
         if surface is not None:
             axes.plot(surface["x_mm"], surface["y_mm"], color=INK, lw=1)
         if band is not None:
@@ -81,19 +96,33 @@ def shear_figure(
         draw_blade(axes, u_mm[1], extent, thickness_mm)
         axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xlabel="x, mm", ylabel="y, mm")
         axes.grid(visible=False)
-        axes.set_title(text, loc="left")
+        axes.set_title(f"{text}; noise floor {number(shown.floor, 2)}", loc="left")
     return figure
 
 
-def _panel(figure: Figure, axes: Axes, shown: ShearMap) -> None:
-    known = shown.values[np.isfinite(shown.values)]
-    top = float(np.quantile(known, _TOP_SHARE)) if known.size else 1.0
+def highest(maps: Sequence[ShearMap]) -> float:
+    """Strain below which 99 % of the nodes of some maps lie; NaN without a known value."""
+    known = np.concatenate([shown.values[np.isfinite(shown.values)] for shown in maps] or [np.empty(0)])
+    return float(np.quantile(known, _TOP_SHARE)) if known.size else np.nan
+
+
+def _panel(figure: Figure, axes: Axes, shown: ShearMap, top: float) -> None:
     image = axes.imshow(
-        shown.values, extent=shown.extent, origin="lower", cmap=COLOURS, vmin=0.0, vmax=top,
-        interpolation="nearest",
+        shown.values, extent=shown.extent, origin="lower", cmap=COLOURS, vmin=0.0,
+        vmax=top if np.isfinite(top) and top > 0 else 1.0, interpolation="nearest",
     )  # fmt: skip
     bar = figure.colorbar(image, ax=axes, orientation="horizontal", aspect=45, pad=0.02, extend="max")
-    bar.set_label("maximum shear strain, 1")
+    bar.set_label(f"maximum shear strain over {number(shown.gauge_mm, 3)} mm, 1")
+
+
+def _gauge(axes: Axes, gauge_mm: float, extent: Extent) -> None:
+    """The circle over which strain is taken, to scale, in the air at the upper right."""
+    x, y = extent[1] - gauge_mm, extent[3] - gauge_mm
+    axes.add_patch(Circle((x, y), gauge_mm / 2, facecolor="none", edgecolor=MUTED, lw=0.9, zorder=7))
+    axes.annotate(
+        "gauge", (x - gauge_mm / 2, y), xytext=(-3, 0), textcoords="offset points",
+        ha="right", va="center", fontsize=small_pt(), zorder=7,
+    )  # fmt: skip
 
 
 def _line(axes: Axes, band: Band) -> None:
