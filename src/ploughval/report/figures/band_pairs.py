@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from ploughval.report.figures.look import narrow
 from ploughval.report.figures.style import INK, MEASURED, MODEL, new_figure, styled
 
 _PANELS = (
@@ -26,13 +27,16 @@ def band_pairs_figure(pairs: pd.DataFrame) -> Figure:
         PAIR_COLUMNS of the comparison; rows without a partner are left out.
     """
     matched = pairs.dropna(subset=["band_experiment", "band_model"])
-    figure = new_figure(2.5)
-    panels = figure.subplots(1, len(_PANELS))
-    for axes, (name, title) in zip(panels, _PANELS, strict=True):
+    rows = 2 if narrow() else 1
+    figure = new_figure(2.5 * rows)
+    panels = figure.subplots(rows, len(_PANELS) // rows, squeeze=False)
+    for axes, (name, title) in zip(panels.flat, _PANELS, strict=True):
         _panel(axes, matched, name)
         axes.set_title(title, loc="left")
+    for axes in panels[-1]:
         axes.set_xlabel("band")
-    panels[0].set_ylabel("model − experiment")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("model − experiment")
     return figure
 
 

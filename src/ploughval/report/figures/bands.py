@@ -5,6 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import MEASURED, MODEL, new_figure, styled
 
 
@@ -45,9 +46,7 @@ def bands_figure(
     above.set_ylabel("outcrop x, mm")
     below.set_ylabel("inclination β, °")
     below.set_xlabel("u, mm")
-    handles, labels = above.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    legend_outside(figure, *above.get_legend_handles_labels())
     return figure
 
 

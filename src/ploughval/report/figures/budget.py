@@ -1,9 +1,11 @@
 """What the standard uncertainty of the force is made of."""
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import small_pt
 from ploughval.report.figures.style import MEASURED, MUTED, new_figure, plain, styled
 
 LEAST_SHARE = 0.0005  # what is less is in the table alone
@@ -38,7 +40,7 @@ def budget_figure(budget: pd.DataFrame) -> Figure:
     ]
     large = budget[[share for share, _ in panels]].abs().max(axis=1) >= LEAST_SHARE
     rows = budget[large].sort_values("share" if budget["share"].notna().any() else "arm_share")
-    figure = new_figure(1.2 + 0.27 * max(len(rows), 1))
+    figure = new_figure(text_in=1.2 + 0.27 * max(len(rows), 1))
     places = range(len(rows))
     for axes, (share, text) in zip(
         np.atleast_1d(figure.subplots(1, max(len(panels), 1), sharey=True)), panels, strict=True
@@ -52,7 +54,7 @@ def budget_figure(budget: pd.DataFrame) -> Figure:
                 xytext=(4, 0),
                 textcoords="offset points",
                 va="center",
-                fontsize=9,
+                fontsize=small_pt(),
             )
         axes.axvline(0, color=MUTED, lw=0.8)
         axes.grid(visible=False, axis="y")
@@ -60,5 +62,5 @@ def budget_figure(budget: pd.DataFrame) -> Figure:
         axes.set_xticks([0, 50, 100])
         axes.set_yticks(places, [plain(name.replace("_", " ")) for name in rows["source"]])
         axes.set_title(text, loc="left")
-    figure.supxlabel("share of the variance, %", fontsize=10)
+    figure.supxlabel("share of the variance, %", fontsize=mpl.rcParams["axes.labelsize"])
     return figure

@@ -8,6 +8,7 @@ from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
+from ploughval.report.figures.look import legend_outside, narrow, small_pt
 from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, WIDTH_IN, new_figure, styled
 
 _LONGEST = 0.09  # arrow of the largest residual, as a share of the photograph's width
@@ -42,7 +43,7 @@ def residual_figure(
         Where the world begins.
     """
     at, off = np.asarray(points_px, float), np.asarray(residual_px, float)
-    figure = new_figure(_height_in(shape, WIDTH_IN) + 0.6)
+    figure = new_figure(picture_in=_height_in(shape, WIDTH_IN), text_in=0.6)
     axes = figure.subplots()
     _photograph(axes, shape)
     length = np.hypot(*off.T)
@@ -55,7 +56,7 @@ def residual_figure(
     axes.plot(*np.asarray(tip_px, float), "P", ms=8, color=INK, label="origin")
     rms = float(np.sqrt(np.mean(length**2)))
     axes.plot([], [], color=MODEL, label=f"residual, {factor:,g} times enlarged; rms {rms:.2g} px")
-    figure.legend(loc="outside upper left", ncols=3)
+    legend_outside(figure, *axes.get_legend_handles_labels())
     return figure
 
 
@@ -78,9 +79,11 @@ def scale_figure(
     tip_px : (2,) float, px
         Where the world begins.
     """
-    figure = new_figure(_height_in(shape, WIDTH_IN / 2) + 0.95)
+    rows = 2 if narrow() else 1
+    height = rows * _height_in(shape, rows * WIDTH_IN / 2)
+    figure = new_figure(picture_in=height, text_in=0.15 + 0.8 * rows)
     for axes, found, title, digits in zip(
-        figure.subplots(1, 2, sharey=True),
+        figure.subplots(rows, 2 // rows, sharey=True),
         (scale, std),
         ("scale against the tip's, ‰", "standard uncertainty of a place, mm"),
         ("%+.2g", "%.2g"),
@@ -90,10 +93,11 @@ def scale_figure(
         axes.set_title(title, loc="left")
         lines = _contours(axes, found)
         if lines is not None:
-            axes.clabel(lines, fmt=lambda v, digits=digits: _label(v, digits), fontsize=8)
+            axes.clabel(lines, fmt=lambda v, digits=digits: _label(v, digits), fontsize=small_pt())
         axes.plot(*np.asarray(points_px, float).T, ".", ms=3, color=MUTED)
         axes.plot(*np.asarray(tip_px, float), "P", ms=7, color=INK)
-    figure.axes[1].set_ylabel("")
+    if not narrow():
+        figure.axes[1].set_ylabel("")
     return figure
 
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ploughval.report.figures.look import legend_outside, narrow, small_pt
 from ploughval.report.figures.style import (
     GRID,
     INK,
@@ -37,8 +38,9 @@ def cell_calibration_figure(points: pd.DataFrame, quality: pd.DataFrame) -> Figu
         Columns quantity, cell, value; "standard error" gives the dashed lines at two of them, "lower limit"
         the grey part where values are too small to be used.
     """
-    figure = new_figure(3.8)
-    panels = figure.subplots(1, 2)
+    rows = 2 if narrow() else 1
+    figure = new_figure(3.8 if rows == 1 else 6.0)
+    panels = figure.subplots(rows, 2 // rows)
     shown = points[np.isfinite(points["residual_upper_Nm"].to_numpy(float))]
     keys = list(dict.fromkeys(zip(shown["file"], shown["run"], strict=True)))
     for axes, cell in zip(panels, _CELLS, strict=True):
@@ -47,11 +49,11 @@ def cell_calibration_figure(points: pd.DataFrame, quality: pd.DataFrame) -> Figu
         _wrong(axes, shown, cell)
         axes.axhline(0, color=INK, lw=0.8)
         axes.set_title(f"{cell} cell", loc="left")
+    for axes in panels[rows - 1 :]:
         axes.set_xlabel("known moment, N m")
-    panels[0].set_ylabel("known − fitted, N m")
-    handles, labels = panels[0].get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    figure.legend(list(unique.values()), list(unique), loc="outside upper center", ncols=3)
+    for axes in panels[:rows]:
+        axes.set_ylabel("known − fitted, N m")
+    legend_outside(figure, *panels[0].get_legend_handles_labels())
     return figure
 
 
@@ -134,5 +136,5 @@ def _wrong(axes: Axes, points: pd.DataFrame, cell: str) -> None:
             textcoords="offset points",
             ha="right" if beyond else "left",
             va="center",
-            fontsize=9,
+            fontsize=small_pt(),
         )

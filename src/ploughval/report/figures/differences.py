@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
+from ploughval.report.figures.look import narrow
 from ploughval.report.figures.style import ON_PHOTO_HALO, new_figure, styled
 
 Floats = NDArray[np.float64]
@@ -89,7 +90,8 @@ def difference_bar(figure: Figure, axes: Sequence[Axes], differences: Difference
         ticks=differences.edges_mm[::2],
     )  # fmt: skip
     bar.ax.xaxis.set_major_formatter(lambda value, _: f"{value:+.3g}".replace("-", "−") if value else "0")
-    bar.set_label("measured above (+) or below (−) predicted, mm; grey: within 2 u")
+    between = "\n" if narrow() else "; "
+    bar.set_label(f"measured above (+) or below (−) predicted, mm{between}grey: within 2 u")
 
 
 def _runs(line: ColouredLine, edges: Floats) -> list[tuple[int, Floats]]:
@@ -124,7 +126,7 @@ def distance_map_figure(table: pd.DataFrame) -> Figure:
     ratio = table.assign(ratio=table["rms_mm"] / table["validation_std_mm"])
     off = ratio[ratio["ratio"] > 2.0]
     rows = {height: k for k, height in enumerate(grid.index)}
-    figure = new_figure(1.3 + 0.26 * max(len(rows), 2))
+    figure = new_figure(text_in=1.3 + 0.26 * max(len(rows), 2))
     axes = figure.subplots()
     image = axes.pcolormesh(
         _edges(grid.columns.to_numpy(float)), np.arange(len(rows) + 1) - 0.5, grid.to_numpy(float),
@@ -137,7 +139,7 @@ def distance_map_figure(table: pd.DataFrame) -> Figure:
     axes.set_yticks(list(rows.values()), [f"{height:g}" for height in rows])
     axes.grid(visible=False)
     axes.set_xlabel("u, mm")
-    axes.set_ylabel("layer, mm above the tip")
+    axes.set_ylabel("height of layer, mm")
     figure.colorbar(image, ax=axes, pad=0.02).set_label("rms distance, mm")
     return figure
 

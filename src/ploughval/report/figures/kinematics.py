@@ -5,6 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, SERIES, new_figure, styled
 
 MECHANISMS = {
@@ -35,7 +36,7 @@ def kinematics_figure(increments: pd.DataFrame) -> Figure:
     above.set_ylabel("along, mm/mm")
     below.set_ylabel("up, mm/mm")
     below.set_xlabel("u, mm")
-    figure.legend(*above.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    legend_outside(figure, *above.get_legend_handles_labels())
     return figure
 
 

@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
@@ -160,7 +159,9 @@ def figure_size(
     return look.width_in, chart_in * (wide * tall) ** 0.5 + picture_in * wide + text_in * tall
 
 
-def legend_outside(figure: Figure, handles: Sequence[Any], labels: Sequence[str], columns: int = 3) -> None:
+def legend_outside(
+    figure: Figure, handles: Sequence[Any], labels: Sequence[str], *, columns: int = 3
+) -> None:
     """A legend above all panels, in as many columns as the figure is wide, each label once."""
     unique = dict(zip(labels, handles, strict=True))
     if unique:
@@ -202,6 +203,8 @@ def finish(figure: Figure) -> None:
             _fine(axes, look.type_pt / _HOUSE_PT)
     if look is None:
         return
+    for legend in figure.legends:
+        _finer(legend.legend_handles, look.type_pt / _HOUSE_PT)
     if figure.get_suptitle():
         figure.suptitle("")  # the caption says it
     for text in figure.findobj(Text):
@@ -219,11 +222,7 @@ def _all_axes(figure: Figure) -> list[Axes]:
 def _fine(axes: Axes, factor: float) -> None:
     """Lines and marks as much finer as the type is smaller, none finer than printers hold."""
     legend = axes.get_legend()
-    for line in [*axes.lines, *_handles(legend)]:
-        if isinstance(line, Line2D):
-            line.set_linewidth(max(_LEAST_LINE_PT, factor * float(line.get_linewidth())))
-            line.set_markersize(factor * float(line.get_markersize()))
-            line.set_markeredgewidth(max(_LEAST_LINE_PT, factor * float(line.get_markeredgewidth())))
+    _finer([*axes.lines, *([] if legend is None else legend.legend_handles)], factor)
     for group in axes.collections:
         if isinstance(group, LineCollection):
             group.set_linewidth([max(_LEAST_LINE_PT, factor * width) for width in _widths(group)])
@@ -235,5 +234,9 @@ def _widths(group: LineCollection) -> list[float]:
     return [float(width) for width in np.atleast_1d(np.asarray(group.get_linewidth(), dtype=float))]
 
 
-def _handles(legend: Legend | None) -> list[Any]:
-    return [] if legend is None else list(legend.legend_handles)
+def _finer(artists: Sequence[Any], factor: float) -> None:
+    for line in artists:
+        if isinstance(line, Line2D):
+            line.set_linewidth(max(_LEAST_LINE_PT, factor * float(line.get_linewidth())))
+            line.set_markersize(factor * float(line.get_markersize()))
+            line.set_markeredgewidth(max(_LEAST_LINE_PT, factor * float(line.get_markeredgewidth())))

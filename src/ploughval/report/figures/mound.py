@@ -5,6 +5,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MEASURED, MODEL, new_figure, styled
 
 _PANELS = (
@@ -29,18 +30,16 @@ def mound_figure(mound: pd.DataFrame, *, repose_deg: float | None = None) -> Fig
     repose_deg : float or None
         Slope of repose that the model was given, as a dotted line.
     """
-    figure = new_figure(6.4)
+    figure = new_figure(7.0)
     panels = figure.subplots(3, 2, sharex=True)
     for axes, (name, std, label) in zip(panels.flat, _PANELS, strict=True):
         _panel(axes, mound, name, std)
-        axes.set_ylabel(label)
+        axes.set_title(label, loc="left")
         if name in ("flank_deg", "slope_deg") and repose_deg is not None:
             axes.axhline(repose_deg, color=INK, lw=0.8, ls=":")
     for axes in panels[-1]:
         axes.set_xlabel("u, mm")
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    legend_outside(figure, *panels[0, 0].get_legend_handles_labels())
     return figure
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ploughval.report.figures.force import MOST_POINTS, thin
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MEASURED, SERIES, new_figure, plain, styled
 
 MOST_NAMES = 12  # in a legend; more would leave no room for the curves
@@ -87,5 +88,5 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     axes.set_ylabel("P / P₀, measured" if measured else "P / P₀, predicted")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     if 0 < len(labelled) <= MOST_NAMES:
-        figure.legend(loc="outside upper center", ncols=2)
+        legend_outside(figure, *axes.get_legend_handles_labels(), columns=2)
     return figure

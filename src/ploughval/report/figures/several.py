@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.compare.several import MeanError, MeanHistory, Repeat, Trend
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, new_figure, plain, styled
 from ploughval.report.text import label, unit
 
@@ -26,7 +27,7 @@ def scatter_figure(repeats: Sequence[Repeat]) -> Figure:
     repeats : sequence of Repeat
         One row each, means other than 0; beyond 50 % dots stand at the edge.
     """
-    figure = new_figure(0.75 + 0.34 * len(repeats))
+    figure = new_figure(text_in=0.75 + 0.34 * len(repeats))
     axes = figure.subplots()
     rows = np.arange(len(repeats))[::-1].astype(float)
     for row, repeat in zip(rows, repeats, strict=True):
@@ -50,7 +51,7 @@ def scatter_figure(repeats: Sequence[Repeat]) -> Figure:
     axes.plot([], [], color=MEASURED, lw=3, label="s between tests")
     if any(repeat.pooled.verdict == "more" for repeat in repeats):
         axes.plot([], [], color=MODEL, lw=3, label="s, more than stated")
-    figure.legend(loc="outside upper center", ncols=3)
+    legend_outside(figure, *axes.get_legend_handles_labels())
     return figure
 
 
@@ -77,8 +78,7 @@ def envelope_figure(history: MeanHistory) -> Figure:
         panels[1].set_ylabel(f"{measure}\nswitches aligned")
     panels[-1].set_xlabel("u / d")
     panels[0].set_ylim(bottom=min(0.0, panels[0].get_ylim()[0]))
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    legend_outside(figure, *panels[0].get_legend_handles_labels())
     return figure
 
 
@@ -120,8 +120,7 @@ def trends_figure(trends: Sequence[Trend]) -> Figure:
     for axes in list(panels.flat)[max(0, len(trends) - 2) : len(trends)]:
         axes.set_xlabel("depth d, mm")
         axes.tick_params(labelbottom=True)
-    handles, labels = panels.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    legend_outside(figure, *panels.flat[0].get_legend_handles_labels(), columns=4)
     return figure
 
 
@@ -193,7 +192,7 @@ def power_figure(trend: Trend) -> Figure:
     axes.minorticks_off()
     axes.set_xlabel("depth d, mm")
     axes.set_ylabel(f"{plain(label(trend.metric))} over its\nscale at {np.exp(line.centre):.3g} mm")
-    figure.legend(loc="outside upper center", ncols=4)
+    legend_outside(figure, *axes.get_legend_handles_labels(), columns=4)
     return figure
 
 
@@ -206,7 +205,7 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
     errors : sequence of MeanError
         One row each, with tests that can be judged; beyond 8 dots stand at the edge.
     """
-    figure = new_figure(0.75 + 0.3 * len(errors))
+    figure = new_figure(text_in=0.75 + 0.3 * len(errors))
     axes = figure.subplots()
     rows = np.arange(len(errors))[::-1].astype(float)
     axes.axvspan(-2, 2, color=GRID, lw=0, alpha=0.8)
@@ -232,7 +231,7 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
     axes.set_xlabel("E / u_val, model − experiment (grey band: a test agrees)")
     axes.plot([], [], "o", ms=4, color=MUTED, label="tests")
     axes.plot([], [], "D-", ms=6, color=MEASURED, label="mean, 95 %")
-    figure.legend(loc="outside upper center", ncols=2)
+    legend_outside(figure, *axes.get_legend_handles_labels(), columns=2)
     return figure
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MODEL, SERIES, new_figure, styled
 
 _MARKERS = "osD^vP"
@@ -65,8 +66,7 @@ def mobilised_figure(
         axes.set_xlabel("slip on the band, mm")
     columns[0].set_ylabel("mobilised friction φ, °")
     columns[0].set_ylim(*_range(shown, [line for line in (read, assumed) if line is not None and line.known]))
-    handles, labels = columns[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    legend_outside(figure, *columns[0].get_legend_handles_labels(), columns=4)
     return figure
 
 

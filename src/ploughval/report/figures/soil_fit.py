@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside, narrow, small_pt
 from ploughval.report.figures.style import (
     INK,
     MEASURED,
@@ -20,6 +21,7 @@ from ploughval.report.text import label, unit
 
 _HIGHEST = 8.0  # of a profile that is drawn
 _COLOURS = "cividis_r"
+_MOST_MAPS = 3  # beside each other
 
 
 @styled
@@ -46,7 +48,7 @@ def soil_fit_figure(curve: pd.DataFrame, switches_mm: np.ndarray) -> Figure:
     above.set_ylim(bottom=0.0)
     above.set_ylabel("force, N")
     below.set(xlabel="displacement u, mm", ylabel="missed, std")
-    figure.legend(loc="outside upper center", ncols=2)
+    legend_outside(figure, *above.get_legend_handles_labels(), columns=2)
     return figure
 
 
@@ -62,7 +64,7 @@ def profiles_figure(profiles: pd.DataFrame, levels: Mapping[str, float]) -> Figu
         Name of an interval, and the rise at its ends.
     """
     names = list(dict.fromkeys(profiles["parameter"]))
-    columns = min(3, len(names))
+    columns = min(2 if narrow() else 3, len(names))
     lines = -(-len(names) // columns)
     figure = new_figure(2.5 * lines, width_in=max(STAGE_WIDTH_IN, 2.15 * columns))
     panels = figure.subplots(lines, columns, sharey=True, squeeze=False).ravel()
@@ -80,13 +82,14 @@ def profiles_figure(profiles: pd.DataFrame, levels: Mapping[str, float]) -> Figu
         for text, level in levels.items():
             axes.axhline(level, color=MUTED, lw=0.9, ls="--")
             axes.annotate(text, (0.98, level), xycoords=("axes fraction", "data"), ha="right", va="bottom",
-                          fontsize=8, color=MUTED)  # fmt: skip
+                          fontsize=small_pt(), color=MUTED)  # fmt: skip
         axes.set_ylim(0.0, highest)
-        axes.set_xlabel(quantity(name), fontsize=9)
+        axes.set_xlabel(quantity(name))
         axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(names) :]:
         axes.set_visible(False)
-    panels[0].set_ylabel("rise of the cost")
+    for axes in panels[::columns]:
+        axes.set_ylabel("rise of the cost")
     return figure
 
 
@@ -102,11 +105,15 @@ def landscape_figure(landscape: pd.DataFrame, best: Mapping[str, float]) -> Figu
         Best value of each parameter.
     """
     maps = list(dict.fromkeys(landscape["map"]))
-    figure = new_figure(2.9, width_in=WIDTH_IN if len(maps) > 1 else STAGE_WIDTH_IN)
-    panels = figure.subplots(1, len(maps), squeeze=False).ravel()
+    columns = 1 if narrow() else min(_MOST_MAPS, len(maps))
+    lines = -(-len(maps) // columns)
+    figure = new_figure(0.4 + 2.5 * lines, width_in=WIDTH_IN if columns > 1 else STAGE_WIDTH_IN)
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
     rises = np.log10(1.0 + np.maximum(landscape["rise"].to_numpy(float), 0.0))
     top = float(np.nanquantile(rises, 0.98))
-    for axes, name in zip(panels, maps, strict=True):
+    for axes in panels[len(maps) :]:
+        axes.set_visible(False)
+    for axes, name in zip(panels, maps, strict=False):
         part = landscape[landscape["map"] == name]
         x, y = np.unique(part["x"]), np.unique(part["y"])
         shown = np.full((len(y), len(x)), np.nan)
@@ -120,11 +127,11 @@ def landscape_figure(landscape: pd.DataFrame, best: Mapping[str, float]) -> Figu
         axes.plot(best[first], best[second], "+", ms=11, mew=2.2, color="white")
         axes.plot(best[first], best[second], "+", ms=10, mew=1.1, color=INK)
         axes.set(xlabel=quantity(first), ylabel=quantity(second))
-        axes.xaxis.label.set_fontsize(9)
-        axes.yaxis.label.set_fontsize(9)
         axes.grid(visible=False)
         axes.locator_params(axis="x", nbins=4)
-    bar = figure.colorbar(image, ax=list(panels), orientation="horizontal", aspect=50, extend="max")
+    bar = figure.colorbar(
+        image, ax=list(panels[: len(maps)]), orientation="horizontal", aspect=50, extend="max"
+    )
     bar.set_label("log₁₀ (1 + rise of the cost)")
     return figure
 

@@ -22,5 +22,5 @@ def volume_figure(volume: pd.DataFrame) -> Figure:
     spread = (2 * known["std_mm2"] / known["swept_mm2"]).fillna(0.0)
     axes.errorbar(known["u_mm"], known["ratio"], yerr=spread, fmt="o", ms=3.5, color=MEASURED, elinewidth=0.9)
     axes.set_xlabel("u, mm")
-    axes.set_ylabel("heap / swept")
+    axes.set_ylabel("area of heap / swept")
     return figure
