@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ploughval.report.figures.look import narrow, small_pt
 from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, SERIES, new_figure, styled
 
 FARTHEST = 8.0
@@ -29,7 +30,7 @@ def agreement_figure(
     shares : sequence of (float, float, float), or None
         Parts of u_val^2 that experiment, inputs and numerics have; drawn as bars beside.
     """
-    figure = new_figure(1.0 + _ROW_IN * max(len(names), 2))
+    figure = new_figure(text_in=1.0 + _ROW_IN * max(len(names), 2))
     if shares is None:
         axes = figure.subplots()
     else:
@@ -63,7 +64,7 @@ def _errors(axes: Axes, names: Sequence[str], values: NDArray[np.float64]) -> No
                 textcoords="offset points",
                 ha="right" if side > 0 else "left",
                 va="bottom",
-                fontsize=8,
+                fontsize=small_pt(),
             )
     axes.set_yticks(rows, list(names))
     axes.tick_params(axis="y", length=0)
@@ -72,7 +73,7 @@ def _errors(axes: Axes, names: Sequence[str], values: NDArray[np.float64]) -> No
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlim(-FARTHEST * 1.03, FARTHEST * 1.03)
     axes.set_xticks([-8, -4, -2, 0, 2, 4, 8])
-    axes.set_xlabel("E / u_val (grey: agrees)")
+    axes.set_xlabel("E / u_val" if narrow() else "E / u_val (grey: agrees)")
 
 
 def _parts(axes: Axes, shares: NDArray[np.float64]) -> None:
@@ -85,5 +86,5 @@ def _parts(axes: Axes, shares: NDArray[np.float64]) -> None:
     axes.set_xticks([0, 0.5, 1], ["0", "½", "1"])
     axes.tick_params(axis="y", length=0, labelleft=False)
     axes.grid(visible=False)
-    axes.set_xlabel("share of u_val²")
+    axes.set_xlabel("share" if narrow() else "share of u_val²")
     axes.figure.legend(loc="outside upper right", ncols=3, handlelength=1.2)

@@ -64,7 +64,8 @@ def field_figure(
     du = float(u[after] - u[before])
     rate = moved / du
     x0, x1, y0, y1 = extent
-    figure = new_figure(1.15 + min(4.5 * (y1 - y0) / (x1 - x0), 4.0), width_in=STAGE_WIDTH_IN)
+    panel = min(4.5 * (y1 - y0) / (x1 - x0), 4.0)
+    figure = new_figure(text_in=1.15, picture_in=panel, width_in=STAGE_WIDTH_IN)
     axes = figure.subplots()
     size = np.hypot(rate[:, 0], rate[:, 1])
     points = axes.scatter(

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import (
     INK,
     MEASURED,
@@ -105,9 +106,7 @@ def force_figure(
     axes.set_xlim(left=min(0.0, axes.get_xlim()[0]) if axes.get_xlim()[0] < -0.2 else 0.0)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     _unit_axes(axes, depth_mm, P0_N)
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    legend_outside(figure, *axes.get_legend_handles_labels())
     return figure
 
 

@@ -93,8 +93,10 @@ def layers_figure(
     x0, x1, y0, y1 = extent
     panel = 4.6 * (y1 - y0) / (x1 - x0)
     bar = 0.55 if differences is not None else 0.0
-    height = 0.75 + bar + max(len(sides), 1) * (min(panel, 4.0) + 0.12)
-    figure = new_figure(height, width_in=STAGE_WIDTH_IN)
+    count = max(len(sides), 1)
+    figure = new_figure(
+        text_in=0.75 + bar + 0.12 * count, picture_in=count * min(panel, 4.0), width_in=STAGE_WIDTH_IN
+    )
     grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (side, title) in zip(grid, sides, strict=False):
         measured_side = title == "measured"
