@@ -1,7 +1,7 @@
 """The table of the photographs in test.toml: files, times, geometry."""
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -76,6 +76,24 @@ def _fixed_px(markers: object) -> Any:
     return fixed if isinstance(fixed, list | tuple) else None
 
 
+EQUIPMENT = (
+    "make",
+    "model",
+    "lens",
+    "focal_mm",
+    "aperture",
+    "exposure_s",
+    "iso",
+    "stand_off_mm",
+    "lighting",
+    "pattern",
+    "note",
+)
+"""Keys of [camera] that only tell what was used: no number of a result depends on them."""
+
+Words = Annotated[str, Field(max_length=500, strict=True)]
+
+
 class Camera(Table):
     """[camera]: the photographs, their times and their geometry."""
 
@@ -119,6 +137,17 @@ class Camera(Table):
     view_px: tuple[Whole, Whole, Whole, Whole] | None = Field(
         None, description="[x0, y0, x1, y1] part of the photograph that shows the test, px"
     )
+    make: Words = Field("", description="maker of the camera; absent: by EXIF, like all down to iso")
+    model: Words = Field("", description="model of the camera")
+    lens: Words = Field("", description="lens")
+    focal_mm: Positive | None = Field(None, description="focal length, mm")
+    aperture: Positive | None = Field(None, description="f-number of the aperture: 8.0 for f/8")
+    exposure_s: Positive | None = Field(None, description="time of exposure, s")
+    iso: Positive | None = Field(None, description="sensitivity, ISO speed")
+    stand_off_mm: Positive | None = Field(None, description="camera's lens to the window, mm")
+    lighting: Words = Field("", description="lamps and where they stand")
+    pattern: Words = Field("", description="what the sand's texture is: natural, seeded with dyed grains")
+    note: Words = Field("", description="anything else of the camera that is worth keeping")
 
     @property
     def marker_places_px(self) -> tuple[Pixel, ...]:

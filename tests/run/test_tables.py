@@ -41,6 +41,8 @@ def record():
         lost_frames={},
         noise=np.array([[150.0, 2.0, 0.01, 5000.0]]),
         noise_line=np.array([np.nan, np.nan, 4.0, 0.1, 1.0]),
+        texture=np.full((1, 2, 33), 9.0),
+        texture_squares=np.array([[120.0, 96.0]]),
         notes={1: ["layer 10 mm: not found"]},
     )
 

@@ -11,7 +11,10 @@ from ploughval.compare import Comparison
 from ploughval.loadcells import ForceResult
 from ploughval.model import History
 from ploughval.photos import Calibration, FrameSeries
+from ploughval.photos.pattern import Pattern
 from ploughval.run.clock import Displacement
+from ploughval.run.noise import curve_from
+from ploughval.run.pattern import pattern_from
 from ploughval.run.window import WindowRecord
 from ploughval.tracers import BandFindings
 
@@ -56,6 +59,13 @@ class Findings:
             known.append(self.force.record["u_mm"].to_numpy(float))
         travels = [float(np.nanmax(u)) for u in known if np.isfinite(u).any()]
         return max(travels) if travels and max(travels) > 0 else None
+
+    def pattern(self) -> Pattern | None:
+        """The sand's grains in the first photograph, or None where no points were tracked."""
+        if self.window is None:
+            return None
+        noise = curve_from(self.window.noise, self.window.noise_line)
+        return pattern_from(self.window.texture, self.window.texture_squares, noise)
 
     def force_record(self) -> pd.DataFrame | None:
         """The force record, or None."""

@@ -11,6 +11,8 @@ from ploughval.photos.noise import NoiseCurve, noise_curve
 Grey = NDArray[np.uint8] | NDArray[np.uint16]
 ENOUGH = 50_000
 """Pixels of sand below the blade that are enough; with fewer all sand is looked at, less what moved."""
+NO_NOISE = {"noise": np.empty((0, 4)), "noise_line": np.full(5, np.nan)}
+"""Arrays of a walk in which no noise was measured."""
 _LINE = ("gain", "gain_std", "floor", "floor_std", "misfit")
 
 
@@ -33,13 +35,20 @@ def noise_arrays(first: Grey, second: Grey, mask: NDArray[np.bool_]) -> dict[str
     return {"noise": classes, "noise_line": np.array([getattr(curve, name) for name in _LINE])}
 
 
-def noise_record(noise: NDArray[np.float64], line: NDArray[np.float64]) -> dict[str, Any] | None:
-    """The noise for run.json; None where it was not measured."""
+def curve_from(noise: NDArray[np.float64], line: NDArray[np.float64]) -> NoiseCurve | None:
+    """The noise from the store's arrays; None where it was not measured."""
     if not len(noise):
         return None
     told = dict(zip(_LINE, line.tolist(), strict=True))
     grey, std, std_std, count = noise.T
-    curve = NoiseCurve(grey=grey, std=std, std_std=std_std, count=count.astype(np.intp), **told)
+    return NoiseCurve(grey=grey, std=std, std_std=std_std, count=count.astype(np.intp), **told)
+
+
+def noise_record(noise: NDArray[np.float64], line: NDArray[np.float64]) -> dict[str, Any] | None:
+    """The noise for run.json; None where it was not measured."""
+    curve = curve_from(noise, line)
+    if curve is None:
+        return None
     middle = float(np.average(curve.grey, weights=curve.count))
     return {
         "grey": curve.grey.tolist(),
@@ -48,5 +57,5 @@ def noise_record(noise: NDArray[np.float64], line: NDArray[np.float64]) -> dict[
         "read_std": curve.read_std,
         "mean_grey": middle,
         "std_at_mean_grey": float(curve.level(np.array(middle))),
-        **told,
+        **{name: getattr(curve, name) for name in _LINE},
     }

@@ -24,6 +24,7 @@ from ploughval.run.first_frame import first_frame
 from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import Progress, WindowRecord, watch
 from ploughval.scene import Scene, Step, load_scene
+from ploughval.scene_camera import EQUIPMENT
 from ploughval.tracers import area_balance, find_bands, layers_from_tracks
 
 Value = TypeVar("Value")
@@ -202,7 +203,8 @@ class _Run:
 
     def _window_key(self, first: int) -> str:
         """Key of all that the walk through the photographs depends on."""
-        settings = self.scene.model_dump_json(include={"blade", "camera", "tracers", "piv", "soil", "box"})
+        tables = {"blade", "camera", "tracers", "piv", "soil", "box"}
+        settings = self.scene.model_dump_json(include=tables, exclude={"camera": set(EQUIPMENT)})
         digests = self.found.input_digests
         files = [f"{name}={digests[name]}" for name in provenance.window_files(self.scene)]
         return store.key_of(provenance.code_digest(), settings, str(first), *files)

@@ -18,6 +18,7 @@ from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.noise import noise_record
+from ploughval.run.pattern import pattern_record
 from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
@@ -239,6 +240,7 @@ def run_record(scene: Scene, found: Findings) -> dict[str, Any]:
         "frames": _ledger(found),
         "calibration": _calibration_record(found),
         "noise": None if found.window is None else noise_record(found.window.noise, found.window.noise_line),
+        "pattern": pattern_record(found.pattern()),
         "clock": _clock_record(found),
         "loadcells": None if found.force is None else load_cell_record(found.force),
         "complete": found.complete,

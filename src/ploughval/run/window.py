@@ -13,7 +13,8 @@ from ploughval.errors import DataError
 from ploughval.photos import Calibration, FrameSeries
 from ploughval.piv import UNMOVED, CameraMovement, CameraWatch, FramePoints, Tracker
 from ploughval.run.frame_notes import FrameNotes
-from ploughval.run.noise import noise_arrays, noise_mask
+from ploughval.run.noise import NO_NOISE, noise_arrays, noise_mask
+from ploughval.run.pattern import NO_TEXTURE, texture_arrays
 from ploughval.run.steadied import FixedMarkers, Steadied, camera_sees, look_steadied
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
@@ -47,6 +48,8 @@ class WindowRecord:
     lost_frames: dict[int, str]  # frame -> reason
     noise: Floats  # (K, 4) grey level, noise there, its std, pixels; no row: not measured
     noise_line: Floats  # (5,) of the straight line through the noise's variance
+    texture: Floats  # (K, 2, LAGS) autocovariance of squares of sand in the first photograph
+    texture_squares: Floats  # (K, 2) mean grey and side, px, of these
     notes: dict[int, list[str]] = field(default_factory=dict)  # frame -> what is wrong with the picture
     unseen: dict[int, list[str]] = field(default_factory=dict)  # frame -> what it could not show, and why
 
@@ -109,7 +112,7 @@ def watch(
         walk.take(look)
         if progress is not None:
             progress("photographs", look.frame + 1, len(frames))
-    return walk.record(looks.noise)
+    return walk.record({**looks.texture, **looks.noise})
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +138,8 @@ class _Looks:
         self._markers: FixedMarkers | None = None
         self._last_image: Grey | None = None
         self._calm: NDArray[np.bool_] | None = None  # where noise is measured, until it is
-        self.noise: dict[str, Floats] = {}
+        self.noise = NO_NOISE
+        self.texture = NO_TEXTURE
 
     def one_by_one(self) -> Iterator[_Look]:
         """Each frame when it is asked for."""
@@ -164,13 +168,15 @@ class _Looks:
             self._hide_markers(seen.sight, movement)
             low = self._still(seen.sight)
             self._camera, self._calm = CameraWatch(image, low), noise_mask(low, seen.sight.sand)
+            if Step.TRACKS in self._scene.steps:
+                self.texture = texture_arrays(image, seen.sight.sand)
         else:
             movement = camera_sees(image, self._camera, self._markers)
             seen = look_steadied(self.watcher, frame, image, movement)
             self._hide_markers(seen.sight, movement)
         doubled = self._last_image is not None and np.array_equal(image, self._last_image)
         if self._calm is not None and self._last_image is not None and not doubled:
-            self.noise = noise_arrays(self._last_image, image, self._calm) or {}
+            self.noise = noise_arrays(self._last_image, image, self._calm) or NO_NOISE
             self._calm = None
         self._last_image = image
         return _Look(frame, image, movement, seen.sight, doubled=doubled, straightened=seen.straightened)
@@ -260,8 +266,8 @@ class _Walk:
             head = np.broadcast_to([float(frame), float(layer)], (len(rows), 2))
             self._dyed.append(np.column_stack([head, rows]))
 
-    def record(self, noise: dict[str, Floats]) -> WindowRecord:
-        """Everything that was taken in, and the noise where it could be measured."""
+    def record(self, picture: dict[str, Floats]) -> WindowRecord:
+        """Everything that was taken in, with the picture's own noise and texture."""
         shape = (len(self._seen), len(self._points.px)) if self._seen else (len(self._blade), 0)
         position, std, zncc, status = (
             np.stack([getattr(s, name) for s in self._seen]) if self._seen else np.empty((*shape, *more))
@@ -279,7 +285,7 @@ class _Walk:
             status=status.astype(np.int8),
             camera=self._camera,
             lost_frames=self._lost,
-            **(noise or {"noise": np.empty((0, 4)), "noise_line": np.full(5, np.nan)}),
+            **picture,
             notes=self._notes.texts(),
             unseen=self._unseen,
         )
