@@ -20,6 +20,8 @@ from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.mound import mound_chapter
+from ploughval.report.photographs import open_photographs
+from ploughval.report.player import player_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
 from ploughval.report.scripts import page_script
@@ -31,7 +33,8 @@ from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, ve
 
 PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
-SCRIPTS = ("downloads.js",)
+STAGE_PIXELS = 900_000  # of photograph in the figures of the stages: the player shows every frame
+SCRIPTS = ("downloads.js", "player_data.js", "player_stage.js", "player_chart.js", "player.js")
 
 
 def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> Path:
@@ -74,12 +77,13 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
 
 def single_page(results: Results) -> str:
     """The page of one test, as HTML."""
-    pen = Pen()
+    pen, photographs = Pen(), open_photographs(results)
     built = (
         short_chapter(results),
+        player_chapter(results, photographs),
         agreement_chapter(results, pen),
         force_chapter(results, pen),
-        layers_chapter(results, pen),
+        layers_chapter(results, pen, photographs, photo_pixels=STAGE_PIXELS),
         mound_chapter(results, pen),
         bands_chapter(results, pen),
         field_chapter(results, pen),

@@ -1,19 +1,30 @@
 """Photographs in world millimetres, as many pixels as a page can show, whatever the calibration."""
 
 import logging
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
+from PIL import Image
 
 from ploughval.errors import PloughvalError
 from ploughval.report.figures.layers import Extent, Picture
 from ploughval.report.results import Results
 from ploughval.scene import load_scene
 
-OUTSIDE = 235.0
+OUTSIDE = 235
+_TAILS = (0.5, 99.5)  # percentiles between which greys are stretched
+_JPEG_ENDINGS = {".jpg", ".jpeg", ".jpe"}
+_JPEG_SCALES = (8, 4, 2)  # at which a JPEG is decoded from its coarse coefficients alone
+_FACTORS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+_OVER = 1.18  # a photograph may be made smaller than the picture by as much, if that spares decoding it whole
 _log = logging.getLogger(__name__)
+
+Grey = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+Byte = NDArray[np.uint8]
 
 
 class ToPixels(Protocol):
@@ -23,19 +34,86 @@ class ToPixels(Protocol):
         """World points (..., 2), mm, as image points (..., 2), px."""
 
 
-def eight_bit(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+def eight_bit(image: Grey) -> Byte:
     """Greys of any depth stretched between their 0.5 and 99.5 percentiles, (H, W) uint8."""
-    grey = np.asarray(image, dtype=np.float32)
-    low, high = np.percentile(grey[::4, ::4], (0.5, 99.5))
-    scaled = (grey - low) / max(float(high - low), 1.0)
-    grey8: NDArray[np.uint8] = (np.clip(scaled, 0, 1) * 255).astype(np.uint8)
+    low, high = np.percentile(np.asarray(image, dtype=np.float32)[::4, ::4], _TAILS)
+    return stretched(image, float(low), float(high))
+
+
+def stretched(image: Grey, low: float, high: float) -> Byte:
+    """Greys with two levels put to black and white, (H, W) uint8."""
+    scaled = (np.asarray(image, dtype=np.float32) - low) * (255.0 / max(high - low, 1.0))
+    grey8: Byte = np.clip(scaled, 0, 255).astype(np.uint8)
     return grey8
 
 
-def world_picture(
-    image: NDArray[np.generic], calibration: ToPixels, extent: Extent, *, width: int = 900
-) -> Picture:
-    """A photograph resampled onto an upright grid of the world.
+@dataclass(frozen=True, slots=True)
+class WorldGrid:
+    """Where the pixels of an upright picture of the world lie in a photograph that was made smaller.
+
+    Attributes
+    ----------
+    factor : int
+        Means of factor x factor pixels make a pixel of the smaller photograph.
+    x, y : (h, w) float32, px
+        Places in it.
+    inside : (h, w) bool
+        Whether the photograph reaches there.
+    extent : tuple of float, mm
+        x0, x1, y0, y1 of the whole grid, cut to what the photograph reaches.
+    """
+
+    factor: int
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+    extent: Extent
+
+    @classmethod
+    def of(cls, calibration: ToPixels, shape: tuple[int, ...], extent: Extent, width: int) -> "WorldGrid":
+        """A grid over part of the world, so many pixels across; the height follows with square pixels."""
+        x0, x1, y0, y1 = extent
+        pitch = (x1 - x0) / width
+        height = max(1, round((y1 - y0) / pitch))
+        x = x0 + (np.arange(width) + 0.5) * pitch
+        y = y1 - (np.arange(height) + 0.5) * (y1 - y0) / height
+        px = calibration.to_px(np.stack(np.meshgrid(x, y), axis=-1))
+        middle = px[height // 2, width // 2 : width // 2 + 2]
+        step = float(np.hypot(*(middle[-1] - middle[0]))) if width > 1 else 1.0
+        factor = max(f for f in _FACTORS if f <= max(1.0, step * (1.0 if f < 4 else _OVER)))
+        inside = _inside(px, shape)
+        at = ((px - (factor - 1) / 2) / factor).astype(np.float32)
+        whole = slice(None), slice(None)
+        rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+        part = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)) if rows.size else whole
+        if rows.size:
+            dx, dy = pitch, (y1 - y0) / height
+            extent = (
+                x0 + columns[0] * dx,
+                x0 + (columns[-1] + 1) * dx,
+                y1 - (rows[-1] + 1) * dy,
+                y1 - rows[0] * dy,
+            )
+        held = tuple(float(side) for side in extent)
+        return cls(factor, at[part][..., 0], at[part][..., 1], inside[part], held)  # type: ignore[arg-type]
+
+    def picture(self, small: Grey) -> Picture:
+        """The picture of a photograph that was made smaller by the factor; grey where there is none."""
+        # Places are rounded to 1/32 of a pixel there: enough to look at.
+        grey = cv2.remap(small, self.x, self.y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        grey = np.where(self.inside, grey, np.uint8(OUTSIDE))
+        return Picture(grey=np.ascontiguousarray(grey, dtype=np.uint8), extent=self.extent)
+
+
+def _inside(px: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Which of the picture's pixels lie in the photograph."""
+    x, y = px[..., 0], px[..., 1]
+    inside: NDArray[np.bool_] = (x >= -0.5) & (x <= shape[1] - 0.5) & (y >= -0.5) & (y <= shape[0] - 0.5)
+    return inside
+
+
+def world_picture(image: Grey, calibration: ToPixels, extent: Extent, *, width: int = 900) -> Picture:
+    """A photograph resampled onto an upright grid of the world, its greys stretched.
 
     Parameters
     ----------
@@ -48,54 +126,39 @@ def world_picture(
     width : int
         Pixels across; the height follows with square pixels.
     """
-    x0, x1, y0, y1 = extent
-    pitch = (x1 - x0) / width
-    height = max(1, round((y1 - y0) / pitch))
-    x = x0 + (np.arange(width) + 0.5) * pitch
-    y = y1 - (np.arange(height) + 0.5) * (y1 - y0) / height
-    px = calibration.to_px(np.stack(np.meshgrid(x, y), axis=-1))
-    middle = px[height // 2, width // 2 : width // 2 + 2]
-    factor = max(1, int(np.hypot(*(middle[-1] - middle[0])))) if width > 1 else 1
-    small = _shrink(eight_bit(image), factor)
-    at = (px - (factor - 1) / 2) / factor
-    grey = map_coordinates(small, [at[..., 1], at[..., 0]], order=1, mode="constant", cval=OUTSIDE)
-    return _trimmed(np.clip(np.round(grey), 0, 255).astype(np.uint8), _inside(px, image.shape), extent)
+    grid = WorldGrid.of(calibration, image.shape, extent, width)
+    return grid.picture(shrunk(eight_bit(image), grid.factor))
 
 
-def _inside(px: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Which of the picture's pixels lie in the photograph."""
-    x, y = px[..., 0], px[..., 1]
-    inside: NDArray[np.bool_] = (x >= -0.5) & (x <= shape[1] - 0.5) & (y >= -0.5) & (y <= shape[0] - 0.5)
-    return inside
-
-
-def _trimmed(grey: NDArray[np.uint8], inside: NDArray[np.bool_], extent: Extent) -> Picture:
-    """Without the margins that the photograph does not reach."""
-    if not inside.any():
-        return Picture(grey=grey, extent=extent)
-    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
-    top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
-    x0, x1, y0, y1 = extent
-    dx, dy = (x1 - x0) / grey.shape[1], (y1 - y0) / grey.shape[0]
-    held = (x0 + left * dx, x0 + right * dx, y1 - bottom * dy, y1 - top * dy)
-    return Picture(grey=grey[top:bottom, left:right], extent=held)
-
-
-def _shrink(image: NDArray[np.uint8], factor: int) -> NDArray[np.float32]:
+def shrunk(image: Grey, factor: int) -> Grey:
     """Means of factor x factor pixels, so that resampling does not alias the grains."""
-    height, width = (side - side % factor for side in image.shape)
-    blocks = image[:height, :width].astype(np.float32)
-    small: NDArray[np.float32] = blocks.reshape(height // factor, factor, -1, factor).mean(axis=(1, 3))
+    if factor == 1:
+        return image
+    height, width = (max(side // factor, 1) for side in image.shape)
+    whole = image[: height * factor, : width * factor]
+    small: Grey = cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
     return small
 
 
 class Photographs:
-    """The photographs behind a result folder, if they can still be read."""
+    """The photographs behind a result folder, if they can still be read.
+
+    Attributes
+    ----------
+    missing : str
+        Why none is shown; empty where they can be.
+    unread : dict of int to str
+        Frames that were asked for and could not be read, and why.
+    """
 
     def __init__(self, results: Results) -> None:
         self.missing: str = ""
+        self.unread: dict[int, str] = {}
         self._frames: Any = None
         self._calibration: ToPixels | None = None
+        self._channel = "grey"
+        self._grids: dict[tuple[Extent, int], WorldGrid] = {}
+        self._levels: dict[int, tuple[float, float]] = {}
         if not results.run.folder:
             self.missing = "The photographs are not shown: run.json does not say where the test folder is."
             return
@@ -110,19 +173,86 @@ class Photographs:
             if scene.camera is None:
                 self.missing = "The test has no photographs."
                 return
+            self._channel = scene.camera.channel
             self._frames = open_frames(scene)
             self._calibration = results.calibration or calibrate(scene, self._frames)
         except (PloughvalError, OSError) as error:
             _log.info("no photographs for the report: %s", error)
             self.missing = "The photographs are not shown: the test folder can no longer be read as it was."
 
+    def native_width(self, extent: Extent) -> int:
+        """Pixels of the photographs across a part of the world; 0 without photographs."""
+        if self._calibration is None:
+            return 0
+        x0, x1, y0, y1 = extent
+        middle = np.array([[(x0 + x1) / 2 - 0.5, (y0 + y1) / 2], [(x0 + x1) / 2 + 0.5, (y0 + y1) / 2]])
+        first, second = self._calibration.to_px(middle)
+        return max(1, round(float(np.hypot(*(second - first))) * (x1 - x0)))
+
     def picture(self, frame: int, extent: Extent, *, width: int) -> Picture | None:
-        """One frame in world millimetres, or None where it cannot be read."""
+        """One frame in world millimetres, or None where it cannot be read.
+
+        All frames are stretched between the same two greys, so that a series of them does not flicker.
+        """
         if self._frames is None or self._calibration is None:
             return None
+        grid = self.grid(extent, width)
+        small = self._small(frame, grid.factor)
+        if small is None:
+            return None
+        return grid.picture(stretched(small, *self.levels(grid.factor)))
+
+    def grid(self, extent: Extent, width: int) -> WorldGrid:
+        """The grid of a picture, computed once."""
+        if (extent, width) not in self._grids:
+            assert self._calibration is not None
+            self._grids[extent, width] = WorldGrid.of(self._calibration, self._frames.shape, extent, width)
+        return self._grids[extent, width]
+
+    def levels(self, factor: int) -> tuple[float, float]:
+        """Greys that become black and white, from the first, the middle and the last frame."""
+        if factor not in self._levels:
+            count = len(self._frames)
+            sample = [self._small(frame, factor) for frame in sorted({0, count // 2, count - 1})]
+            greys = [small[::2, ::2].ravel().astype(np.float32) for small in sample if small is not None]
+            low, high = np.percentile(np.concatenate(greys), _TAILS) if greys else (0.0, 255.0)
+            self._levels[factor] = float(low), float(high)
+        return self._levels[factor]
+
+    def _small(self, frame: int, factor: int) -> Grey | None:
         try:
-            image = self._frames.read(frame)
+            if self._coarse(frame, factor):
+                return self._jpeg(frame, factor)
+            return shrunk(self._frames.read(frame), factor)
         except (PloughvalError, OSError, IndexError) as error:
             _log.info("frame %d is not shown: %s", frame, error)
+            path = str(getattr(error, "path", None) or "")
+            self.unread[frame] = str(error).removeprefix(f"{path}: ") if path else type(error).__name__
             return None
-        return world_picture(image, self._calibration, extent, width=width)
+
+    def _coarse(self, frame: int, factor: int) -> bool:
+        """Whether a frame can be decoded at a fraction of its size."""
+        frames = self._frames
+        known = 0 <= frame < len(frames) and frame not in frames.faults
+        one = known and not (frames.pages and frames.pages[frame])
+        if not one or factor == 1 or self._channel != "grey":
+            return False
+        return frames.paths[frame].suffix.lower() in _JPEG_ENDINGS
+
+    def _jpeg(self, frame: int, factor: int) -> Grey:
+        """A JPEG's luma decoded at the coarsest fraction that the factor is a multiple of."""
+        path: Path = self._frames.paths[frame]
+        scale = next((one for one in _JPEG_SCALES if factor % one == 0), 1)
+        with Image.open(path) as image:
+            height, width = self._frames.shape
+            if image.format != "JPEG" or image.size != (width, height) or scale == 1:
+                return shrunk(self._frames.read(frame), factor)
+            image.draft("L", (width // scale, height // scale))
+            if image.mode != "L" or image.size[0] > -(-width // scale):
+                return shrunk(self._frames.read(frame), factor)
+            return shrunk(np.asarray(image), factor // scale)
+
+
+def open_photographs(results: Results) -> Photographs | None:
+    """The photographs of a test, None where its run had none."""
+    return Photographs(results) if results.run.frames else None

@@ -8,12 +8,13 @@ from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.differences import differences_at, distance_parts
 from ploughval.report.figures import Side, layers_figure
 from ploughval.report.figures.layers import Extent, Points, stage
-from ploughval.report.photographs import Photographs
+from ploughval.report.photographs import Photographs, open_photographs
 from ploughval.report.results import Results
 
 Values = NDArray[np.float64]
-# Pixels of photograph on the whole page: noise-like sand costs about a third of a byte each.
+# Pixels of photograph in all stages: noise-like sand costs about a third of a byte each.
 PHOTO_PIXELS = 4_000_000
+WIDEST_PX = 900
 
 _LEADS = {
     True: "Lines that were level before the blade moved. The measured ones are coloured by their distance "
@@ -96,8 +97,22 @@ def view(results: Results) -> Extent:
     return (-thickness - 0.1 * depth, far, -0.3 * depth, top + 0.35 * depth)
 
 
-def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
-    """Deformed layers, predicted above measured, over the photograph where it can be read."""
+def layers_chapter(
+    results: Results, pen: Pen, photographs: Photographs | None = None, *, photo_pixels: int = PHOTO_PIXELS
+) -> Chapter | None:
+    """Deformed layers, predicted above measured, over the photograph where it can be read.
+
+    Parameters
+    ----------
+    results : Results
+        The files of a run.
+    pen : Pen
+        Draws the figures.
+    photographs : Photographs or None
+        Those of the test if they have been opened already.
+    photo_pixels : int
+        Pixels of photograph in all figures together.
+    """
     if results.layers is None and results.model_layers is None:
         if results.surface is None:
             return None
@@ -110,10 +125,12 @@ def layers_chapter(results: Results, pen: Pen) -> Chapter | None:
     frames = stage_frames(results)
     if not frames:
         return Chapter("layers", title, notes=("No stage after the blade moved has a line to show.",))
-    photographs = Photographs(results) if results.run.frames else None
+    photographs = photographs or open_photographs(results)
     extent = view(results)
     aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
-    width = int(min(900, (PHOTO_PIXELS / len(frames) / aspect) ** 0.5))
+    width = int(min(WIDEST_PX, (photo_pixels / len(frames) / aspect) ** 0.5))
+    if photographs is not None and photographs.native_width(extent):
+        width = min(width, photographs.native_width(extent))
     drawings, unread = [], []
     differences = differences_at(results, frames)
     for frame in frames:
