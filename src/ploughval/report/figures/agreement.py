@@ -72,7 +72,7 @@ def _errors(axes: Axes, names: Sequence[str], values: NDArray[np.float64]) -> No
     axes.spines["left"].set_visible(False)
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlim(-FARTHEST * 1.03, FARTHEST * 1.03)
-    axes.set_xticks([-8, -4, -2, 0, 2, 4, 8])
+    axes.set_xticks([-8, -2, 2, 8] if narrow() else [-8, -4, -2, 0, 2, 4, 8])
     axes.set_xlabel("E / u_val" if narrow() else "E / u_val (grey: agrees)")
 
 

@@ -187,6 +187,12 @@ def fitting_columns(labels: Sequence[str], most: int, width_in: float) -> int:
     return 1
 
 
+def width_of(axes: Axes) -> float:
+    """Width of the figure that axes are in, inches."""
+    figure = axes.get_figure(root=True)
+    return 0.0 if figure is None else float(figure.get_figwidth())
+
+
 def finish(figure: Figure) -> None:
     """Make a figure independent of the settings under which it will be drawn; on paper, of one type size."""
     look = _LOOK.get()

@@ -78,13 +78,13 @@ def shear_figure(
         Thickness of the blade.
     """
     x0, x1, y0, y1 = extent
-    panel = min(4.5 * (y1 - y0) / (x1 - x0), 4.0)
-    figure = new_figure(text_in=0.5 + 2 * 0.95, picture_in=2 * panel, width_in=STAGE_WIDTH_IN)
+    panel = min(4.7 * (y1 - y0) / (x1 - x0), 4.0)
+    figure = new_figure(text_in=0.6 + 2 * 0.95, picture_in=2 * panel, width_in=STAGE_WIDTH_IN)
     for axes, shown, top, text in zip(
         figure.subplots(2, 1),
         maps,
         (maps[0].top, maps[1].top) if tops is None else tops,
-        (f"from u = {u_mm[0]:.1f} mm to {u_mm[1]:.1f} mm", f"from the start to u = {u_mm[1]:.1f} mm"),
+        (f"u from {u_mm[0]:.1f} to {u_mm[1]:.1f} mm", f"u from 0 to {u_mm[1]:.1f} mm"),
         strict=True,
     ):
         _panel(figure, axes, shown, top)

@@ -81,7 +81,7 @@ def profiles_figure(profiles: pd.DataFrame, levels: Mapping[str, float]) -> Figu
         axes.plot(x, y - y[best], "o", ms=3.5, color=MODEL)
         for text, level in levels.items():
             axes.axhline(level, color=MUTED, lw=0.9, ls="--")
-            axes.annotate(text, (0.98, level), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+            axes.annotate(text, (0.5, level), xycoords=("axes fraction", "data"), ha="center", va="bottom",
                           fontsize=small_pt(), color=MUTED)  # fmt: skip
         axes.set_ylim(0.0, highest)
         axes.set_xlabel(quantity(name))
@@ -107,7 +107,9 @@ def landscape_figure(landscape: pd.DataFrame, best: Mapping[str, float]) -> Figu
     maps = list(dict.fromkeys(landscape["map"]))
     columns = 1 if narrow() else min(_MOST_MAPS, len(maps))
     lines = -(-len(maps) // columns)
-    figure = new_figure(0.4 + 2.5 * lines, width_in=WIDTH_IN if columns > 1 else STAGE_WIDTH_IN)
+    figure = new_figure(
+        0.4 + (3.2 if narrow() else 2.5) * lines, width_in=WIDTH_IN if columns > 1 else STAGE_WIDTH_IN
+    )
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     rises = np.log10(1.0 + np.maximum(landscape["rise"].to_numpy(float), 0.0))
     top = float(np.nanquantile(rises, 0.98))
@@ -128,7 +130,7 @@ def landscape_figure(landscape: pd.DataFrame, best: Mapping[str, float]) -> Figu
         axes.plot(best[first], best[second], "+", ms=10, mew=1.1, color=INK)
         axes.set(xlabel=quantity(first), ylabel=quantity(second))
         axes.grid(visible=False)
-        axes.locator_params(axis="x", nbins=4)
+        axes.locator_params(nbins=4)  # as few at every size: labels do not grow once they are laid out
     bar = figure.colorbar(
         image, ax=list(panels[: len(maps)]), orientation="horizontal", aspect=50, extend="max"
     )

@@ -126,11 +126,13 @@ def plain(text: str, length: int = 48) -> str:
 
 
 def legend_above(axes: Axes, columns: int = 4) -> None:
-    """A legend in one line above the axes, where it hides no data."""
+    """A legend above the axes, where it hides no data, in one line if that is wide enough."""
     handles, labels = axes.get_legend_handles_labels()
     if handles:
+        beside_in = 0.6  # the axis on the left
+        fitting = look.fitting_columns(labels, columns, look.width_of(axes) - beside_in)
         axes.legend(
-            handles, labels, loc="lower left", bbox_to_anchor=(0, 1.0), ncols=columns, borderaxespad=0.2
+            handles, labels, loc="lower left", bbox_to_anchor=(0, 1.0), ncols=fitting, borderaxespad=0.2
         )
 
 
