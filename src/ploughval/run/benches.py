@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ploughval.errors import ConfigError, Fault
+from ploughval.watch import Progress, one_step, unheard
 
 PREFIX = "bench_"
 
@@ -26,7 +27,7 @@ def bench_folder() -> Path:
     raise ConfigError("bench", [Fault("benchmarks", "nothing", "the scripts of a wheel or a checkout")])
 
 
-def run_benches(names: Sequence[str], out: Path) -> list[Path]:
+def run_benches(names: Sequence[str], out: Path, *, progress: Progress = unheard) -> list[Path]:
     """Run benchmark scripts; each prints its table and writes it.
 
     Parameters
@@ -35,6 +36,8 @@ def run_benches(names: Sequence[str], out: Path) -> list[Path]:
         Which ones ("model" for bench_model.py); empty: all, by name.
     out : Path
         Folder for the tables.
+    progress : callable
+        Hears of (stage, done, total): the scripts as steps of one stage, and each as a stage.
 
     Returns
     -------
@@ -56,8 +59,12 @@ def run_benches(names: Sequence[str], out: Path) -> list[Path]:
     if str(folder) not in sys.path:  # the scripts share modules
         sys.path.insert(0, str(folder))
     before = _stamps(out)
-    for name in names or known:
-        _load(known[name]).main(["--out", str(out)])
+    wanted = list(names or known)
+    progress("bench", 0, len(wanted))
+    for done, name in enumerate(wanted, start=1):
+        with one_step(progress, f"bench {name}"):
+            _load(known[name]).main(["--out", str(out)])
+        progress("bench", done, len(wanted))
     return sorted(path for path, stamp in _stamps(out).items() if before.get(path) != stamp)
 
 

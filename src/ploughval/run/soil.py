@@ -12,6 +12,7 @@ from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, S
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.run.store import write_csv, write_json
 from ploughval.scene import load_scene
+from ploughval.watch import Progress, unheard
 
 UNCOMPENSATED = (
     "no empty-box runs: what rubs on the box is taken for the sand's force, which no interval allows for"
@@ -25,6 +26,7 @@ def fit_folder(
     parameters: Sequence[str] = PARAMETERS,
     discrepancy: Discrepancy | None = None,
     samples: int = 0,
+    progress: Progress = unheard,
 ) -> tuple[SoilFit, Path]:
     """Fit soil parameters to a test's force; write fit.json and fit_force, fit_profiles, fit_landscape.csv.
 
@@ -40,6 +42,8 @@ def fit_folder(
         How far the model may be from the sand; None: see :class:`ploughval.model.fit.Discrepancy`.
     samples : int
         Steps of a sampler beside the profiles (extra ``bayes``); 0: none.
+    progress : callable
+        Hears of (stage, done, total).
 
     Returns
     -------
@@ -75,7 +79,7 @@ def fit_folder(
         parameters=parameters,
         shared=shared_errors(curve, measured),
         discrepancy=discrepancy,
-        extras=Extras(maps=True, samples=samples),
+        extras=Extras(maps=True, samples=samples, progress=progress),
     )
     if measured.friction is None:
         fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))

@@ -17,6 +17,7 @@ from ploughval.synth.options import Purpose, SynthOptions
 from ploughval.synth.settings import settings_text
 from ploughval.synth.truth import Truth, band_table, layer_table, surface_table, write_truth
 from ploughval.synth.view import View, frame_view
+from ploughval.watch import Progress, unheard
 
 log = logging.getLogger(__name__)
 
@@ -35,7 +36,13 @@ _ENCODING = {
 }
 
 
-def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwrite: bool = False) -> Truth:
+def make_folder(
+    out: Path | str,
+    options: SynthOptions | None = None,
+    *,
+    overwrite: bool = False,
+    progress: Progress = unheard,
+) -> Truth:
     """Make a whole test folder with exact truth.
 
     Parameters
@@ -46,6 +53,8 @@ def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwri
         What it shall contain.
     overwrite : bool
         Write into a folder that is not empty; what an earlier making left is replaced.
+    progress : callable
+        Hears of (stage, done, total) of the photographs.
 
     Returns
     -------
@@ -78,7 +87,7 @@ def make_folder(out: Path | str, options: SynthOptions | None = None, *, overwri
     )
     out.mkdir(parents=True, exist_ok=True)
     if options.photographs:
-        _write_photographs(out, view, motion, options)
+        _write_photographs(out, view, motion, options, progress)
     if options.loadcells:
         _write_logs(out, felt, options)
     tip = view.stated_tip_px(options.direction)
@@ -128,12 +137,16 @@ def _check_travel(motion: Motion, options: SynthOptions) -> None:
         raise ConfigError("synth options", [fault])
 
 
-def _write_photographs(out: Path, view: View, motion: Motion, options: SynthOptions) -> None:
+def _write_photographs(
+    out: Path, view: View, motion: Motion, options: SynthOptions, progress: Progress
+) -> None:
     _fresh(out / "photos", "[0-9]*.*")
-    names = []
+    names: list[str] = []
+    progress("making photographs", 0, options.frames)
     for frame, levels in enumerate(photographs(view, motion, options)):
         names.append(f"{frame:04d}.{options.image_format}")
         _write_picture(out / "photos" / names[-1], levels)
+        progress("making photographs", len(names), options.frames)
     times = _frame_times(options) + options.clock_offset_s
     pd.DataFrame({"file": names, "time_s": times.round(6)}).to_csv(
         out / "photos.csv", index=False, lineterminator="\n"

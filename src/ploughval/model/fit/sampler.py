@@ -7,6 +7,7 @@ from ploughval.errors import MissingExtraError
 from ploughval.model.fit.intervals import WIDTH
 from ploughval.model.fit.objective import IMPOSSIBLE, Objective
 from ploughval.model.fit.variables import in_units
+from ploughval.watch import Progress, unheard
 
 Floats = NDArray[np.float64]
 
@@ -18,7 +19,9 @@ SEED = 20120917  # of the walkers: same record, same samples
 TOLERANCE = 1e-3
 
 
-def sample(objective: Objective, best: Floats, *, steps: int) -> dict[str, tuple[float, ...]]:
+def sample(
+    objective: Objective, best: Floats, *, steps: int, progress: Progress = unheard
+) -> dict[str, tuple[float, ...]]:
     """Percentiles of the posterior of each fitted parameter, flat over the range searched.
 
     Parameters
@@ -29,6 +32,8 @@ def sample(objective: Objective, best: Floats, *, steps: int) -> dict[str, tuple
         Where the walkers start around, spread as the derivatives there say.
     steps : int
         Of each walker.
+    progress : callable
+        Hears of (stage, done, total).
 
     Returns
     -------
@@ -57,7 +62,9 @@ def sample(objective: Objective, best: Floats, *, steps: int) -> dict[str, tuple
 
     chain = emcee.EnsembleSampler(walkers, len(best), log_posterior)
     chain.random_state = np.random.RandomState(SEED).get_state()
-    chain.run_mcmc(start, steps, progress=False)
+    progress("samples", 0, steps)
+    for done, _ in enumerate(chain.sample(start, iterations=steps), start=1):
+        progress("samples", done, steps)
     kept = chain.get_chain(discard=int(WARM_UP * steps), flat=True)
     names = coarse.space.fitted
     return {

@@ -32,6 +32,7 @@ from ploughval.model.fit.search import best_unknowns, local_search
 from ploughval.model.fit.variables import PARAMETERS, Space, in_units, space_of
 from ploughval.model.fit.weights import Misfit, loosened, misfit_of
 from ploughval.scene import Scene
+from ploughval.watch import Progress, one_step, unheard
 
 Floats = NDArray[np.float64]
 
@@ -51,10 +52,13 @@ class Extras:
         The cost over pairs of parameters.
     samples : int
         Steps of each of 32 walkers of a sampler (extra ``bayes``); 0: none.
+    progress : callable
+        Hears of (stage, done, total).
     """
 
     maps: bool = False
     samples: int = 0
+    progress: Progress = unheard
 
 
 def fit_soil(
@@ -106,7 +110,7 @@ def fit_soil(
     MissingExtraError
         Samples are wanted and emcee is not installed.
     """
-    space, shared = space_of(scene, parameters), shared or SharedErrors()
+    space, shared, extras = space_of(scene, parameters), shared or SharedErrors(), extras or Extras()
     record = read_record(
         u_mm,
         force_N,
@@ -116,7 +120,8 @@ def fit_soil(
         start_std_mm=shared.start_mm,
     )
     objective = objective_of(space, record, shared, discrepancy or Discrepancy(), PROFILE_TOLERANCE)
-    best, _ = best_unknowns(objective)
+    with one_step(extras.progress, "search"):
+        best, _ = best_unknowns(objective)
     looser = loosened(objective, best)
     if looser is not objective:
         objective = looser
@@ -127,23 +132,25 @@ def fit_soil(
         best = local_search(objective, best, WIDTH)
     flat = _no_softening(objective, best)
     told = information(objective, best, WIDTH)
-    profiles = _profiles(objective, best, told, misfit)
+    profiles = _profiles(objective, best, told, misfit, extras.progress)
     for _ in range(ROUNDS - 1):
         lowest = min(profiles, key=lambda p: float(p.rises.min()))
         if lowest.rises.min() > -BETTER:
             break
         best = local_search(objective, lowest.unknowns[int(np.argmin(lowest.rises))], WIDTH)
         told = information(objective, best, WIDTH)
-        profiles = _profiles(objective, best, told, misfit)
+        profiles = _profiles(objective, best, told, misfit, extras.progress)
     fine = local_search(objective.at(tolerance=FINE_TOLERANCE), best, WIDTH, limit=8)
     found = _result(objective, (best, fine), told, profiles, misfit)
     found = _without_length(found) if flat else found
     allowed = discrepancy or Discrepancy()
     found = replace(found, remarks=remarks_on(found, objective, told, flat=flat, allowed=allowed))
-    if extras is not None and extras.maps:
-        found = replace(found, landscape=landscape(objective, best))
-    if extras is not None and extras.samples:
-        found = replace(found, posterior=sample(objective, best, steps=extras.samples))
+    if extras.maps:
+        with one_step(extras.progress, "maps of the cost"):
+            found = replace(found, landscape=landscape(objective, best))
+    if extras.samples:
+        posterior = sample(objective, best, steps=extras.samples, progress=extras.progress)
+        found = replace(found, posterior=posterior)
     return found
 
 
@@ -173,13 +180,17 @@ def _rises(misfit: Misfit, best: Floats) -> dict[float, float]:
     return quantiles(max(misfit.independent - len(best), 1.0))
 
 
-def _profiles(objective: Objective, best: Floats, told: Information, misfit: Misfit) -> tuple[Profile, ...]:
+def _profiles(
+    objective: Objective, best: Floats, told: Information, misfit: Misfit, progress: Progress
+) -> tuple[Profile, ...]:
     rises = _rises(misfit, best)
     span = objective.space.high - objective.space.low
-    found = []
+    found: list[Profile] = []
+    progress("intervals", 0, len(objective.space.fitted))
     for k in range(len(objective.space.fitted)):
         std = told.std[k] if np.isfinite(told.std[k]) else 0.1 * span[k]
         found.append(profile(objective, best, k, float(np.clip(std, 1e-5 * span[k], 0.2 * span[k])), rises))
+        progress("intervals", len(found), len(objective.space.fitted))
     return tuple(found)
 
 
