@@ -7,10 +7,22 @@ from typing import Annotated, Any
 
 import typer
 
-from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk, command, said_once, shown_progress
+from ploughval.outcomes import outcome_row
+from ploughval.talk import (
+    DONE,
+    INCOMPLETE,
+    REFUSED,
+    Verbs,
+    command,
+    printed_aside,
+    said_once,
+    shown_progress,
+)
+from ploughval.watch import Progress, one_step
 
 app = typer.Typer(
     name="ploughval",
+    cls=Verbs,
     help="Measure blade-in-sand (ploughing) tests and validate the incremental-collapse model against them.",
     no_args_is_help=True,
     add_completion=False,
@@ -39,12 +51,15 @@ def _options(
 
 
 @app.command()
-def init(folder: Annotated[Path, typer.Argument(help="Folder with photographs and logs.")]) -> None:
+def init(
+    folder: Annotated[Path, typer.Argument(help="Folder with photographs and logs.")], as_json: Json = False
+) -> None:
     """Write a commented test.toml from what is in the folder."""
-    with command() as talk:
+    with command(as_json) as talk:
         from ploughval.run.setup.draft import write_draft
 
         path = write_draft(folder)
+        talk.summary = {"file": str(path)}
         talk.say(
             f"wrote {path}: answer the lines that end in a question mark, then: ploughval check {folder}"
         )
@@ -62,7 +77,8 @@ def check(
         from ploughval.run.setup.check_findings import Level
         from ploughval.run.setup.preview import preview
 
-        found = preview(folder)
+        with shown_progress(talk) as progress, one_step(progress, "check"):
+            found = preview(folder)
         for line in found.lines:
             talk.say(line)
         talk.summary = {
@@ -110,55 +126,37 @@ def process(
     with command(as_json) as talk, said_once():
         from ploughval.run.workers import run_all
 
-        worst = DONE
+        worst, several = DONE, len(folders) > 1
         tests: list[dict[str, Any]] = []
 
-        def finished(index: int, result: Any) -> None:
-            nonlocal worst
-            code, row = _outcome_row(talk, folders[index], result, several=len(folders) > 1)
-            worst = max(worst, code)
-            tests.append(row)
-
         with shown_progress(talk) as progress:
-            options: dict[str, Any] = {"workers": workers, "fresh": fresh}
-            if scheduler is None:
-                options["progress"] = progress
-            run_all(_process_one, folders, out=out, scheduler=scheduler, finished=finished, **options)
+
+            def finished(index: int, result: Any) -> None:
+                nonlocal worst
+                code, row = outcome_row(talk, folders[index], result, several=several)
+                worst = max(worst, code)
+                tests.append(row)
+                if several:
+                    progress("tests", len(tests), len(folders))
+
+            def watched(index: int) -> Progress:
+                return progress.of(folders[index].resolve().name) if several else progress
+
+            if several:
+                progress("tests", 0, len(folders))
+            run_all(
+                _process_one,
+                folders,
+                out=out,
+                scheduler=scheduler,
+                finished=finished,
+                watched=watched,
+                workers=workers,
+                fresh=fresh,
+            )
         talk.summary["tests"] = tests
         if worst != DONE:
             raise typer.Exit(worst)
-
-
-def _outcome_row(talk: Talk, folder: Path, result: Any, *, several: bool) -> tuple[int, dict[str, Any]]:
-    """Say what became of one test; its exit code and its row of the JSON summary."""
-    from ploughval.errors import PloughvalError
-
-    if isinstance(result, PloughvalError):
-        talk.warn(f"refused: {result}")
-        return REFUSED, {"folder": str(folder), "exit_code": REFUSED, "error": str(result)}
-    if isinstance(result, Exception):
-        if not several:
-            raise result
-        talk.warn(f"{folder}: internal error: {type(result).__name__}: {result}")
-        return INTERNAL, {"folder": str(folder), "exit_code": INTERNAL, "error": repr(result)}
-    code = DONE if result.complete else INCOMPLETE
-    for fault in result.faults:
-        talk.warn(f"{result.name}: {fault}")
-    for warning in result.warnings:
-        talk.warn(f"{result.name}: warning: {warning}")
-    talk.say(f"{result.name}: {'done' if code == DONE else 'done, incomplete'} in {result.seconds:.1f} s")
-    talk.say(f"report: {result.report}")
-    return code, {
-        "folder": str(folder),
-        "exit_code": code,
-        "test": result.name,
-        "results": str(result.results),
-        "report": str(result.report),
-        "faults": list(result.faults),
-        "warnings": list(result.warnings),
-        "metrics": result.metrics,
-        "seconds": round(result.seconds, 2),
-    }
 
 
 @app.command()
@@ -178,7 +176,8 @@ def simulate(
         from ploughval.scene import load_scene
 
         scene = load_scene(test, files=False)
-        history = run_model(scene, displacement_mm=displacement, tolerance=tolerance)
+        with shown_progress(talk) as progress, one_step(progress, "model"):
+            history = run_model(scene, displacement_mm=displacement, tolerance=tolerance)
         folder = out if out is not None else scene.folder / "results" / "simulate"
         write_model(scene, history, folder)
         end = history.force.iloc[-1]
@@ -225,12 +224,14 @@ def fit(
         names = tuple(parameters or PARAMETERS)
         if wall_friction and "wall_friction_deg" not in names:
             names = (*names, "wall_friction_deg")
-        fitted, path = fit_folder(
-            folder,
-            parameters=names,
-            discrepancy=Discrepancy(travel_std, force_std),
-            samples=STEPS if bayes else 0,
-        )
+        with shown_progress(talk) as progress:
+            fitted, path = fit_folder(
+                folder,
+                parameters=names,
+                discrepancy=Discrepancy(travel_std, force_std),
+                samples=STEPS if bayes else 0,
+                progress=progress,
+            )
         talk.summary = {"file": str(path), **fitted.to_json()}
         talk.say(str(fitted))
         talk.say(f"wrote {path}")
@@ -240,17 +241,20 @@ def fit(
 def report(
     folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
     out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
+    as_json: Json = False,
 ) -> None:
     """Write the report page again: of one test, or of several together.
 
     Several: which repeat each other, their repeatability, the effect of depth, the mean error of the model;
     every number of the page stands beside it as .json and .csv.
     """
-    with command() as talk, said_once():
+    with command(as_json) as talk, said_once():
         from ploughval.report import write_report
         from ploughval.run.results import results_of
 
-        path = write_report([results_of(folder) for folder in folders], out=out)
+        with shown_progress(talk) as progress, one_step(progress, "report"):
+            path = write_report([results_of(folder) for folder in folders], out=out)
+        talk.summary = {"report": str(path)}
         talk.say(f"report: {path}")
 
 
@@ -277,9 +281,10 @@ def synth(
     no_force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
     no_photos: Annotated[bool, typer.Option("--no-photos", help="Leave the photographs out.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Make a whole test folder from a seed, with the exact truth beside it."""
-    with command() as talk:
+    with command(as_json) as talk:
         from ploughval.scene import load_scene
         from ploughval.synth import EXAMPLE, adapt, make_folder, options_like
 
@@ -307,7 +312,9 @@ def synth(
             loadcells=not no_force,
             photographs=not no_photos,
         )
-        make_folder(out, options, overwrite=overwrite)
+        with shown_progress(talk) as progress:
+            make_folder(out, options, overwrite=overwrite, progress=progress)
+        talk.summary = {"folder": str(out), "truth": str(out / "truth"), "frames": options.frames}
         talk.say(f"made {out}: test.toml, photographs, logs, and the truth in {out / 'truth'}")
 
 
@@ -317,12 +324,16 @@ def bench(
         list[str] | None, typer.Argument(help="Which ones (model, piv, force, whole); default all.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Where tables and figures go.")] = Path("reports/speed-error"),
+    as_json: Json = False,
 ) -> None:
     """Measure speed against error and write the tables."""
-    with command() as talk:
+    with command(as_json) as talk:
         from ploughval.run.benches import run_benches
 
-        for path in run_benches(names or [], out):
+        with shown_progress(talk) as progress, printed_aside(talk):
+            written = run_benches(names or [], out, progress=progress)
+        talk.summary = {"files": [str(path) for path in written]}
+        for path in written:
             talk.say(f"wrote {path}")
 
 
@@ -332,15 +343,19 @@ def demo(
         "ploughval-demo"
     ),
     workers: Annotated[int, typer.Option(min=1, max=256, help="Threads.")] = 2,
+    as_json: Json = False,
 ) -> None:
     """Make the example test folder, process it and print where the report is."""
-    with command() as talk:
+    with command(as_json) as talk:
         from ploughval.synth import EXAMPLE, make_folder
 
-        make_folder(out, EXAMPLE, overwrite=True)
         with shown_progress(talk) as progress:
+            make_folder(out, EXAMPLE, overwrite=True, progress=progress)
             result = _process_one(out, None, workers=workers, progress=progress)
-        talk.say(f"report: {result.report}")
+        code, row = outcome_row(talk, out, result, several=False)
+        talk.summary = {"tests": [row]}
+        if code != DONE:
+            raise typer.Exit(code)
 
 
 def main() -> None:

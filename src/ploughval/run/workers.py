@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ploughval.errors import DataError, MissingExtraError
+from ploughval.watch import Progress
 
 
 class Job(Protocol):
@@ -44,6 +45,7 @@ def run_all(
     out: Path | None,
     scheduler: str | None,
     finished: Callable[[int, Any], None],
+    watched: Callable[[int], Progress] | None = None,
     **options: Any,
 ) -> None:
     """Run a job for each folder; ``finished(index, result or exception)`` is called for each.
@@ -60,6 +62,8 @@ def run_all(
         Address of a dask scheduler; None: here, one after the other.
     finished : callable
         Gets the index of the folder and what the job returned or raised.
+    watched : callable or None
+        Gives, for the index of a folder, who hears of its stages; a cluster does not tell of them.
     **options
         Handed to every job.
 
@@ -73,8 +77,9 @@ def run_all(
     targets = result_folders(folders, out)
     if scheduler is None:
         for index, (folder, target) in enumerate(zip(folders, targets, strict=True)):
+            heard = {} if watched is None else {"progress": watched(index)}
             try:
-                result = job(folder, target, **options)
+                result = job(folder, target, **options, **heard)
             except Exception as error:
                 finished(index, error)
             else:
