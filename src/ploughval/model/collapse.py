@@ -42,7 +42,8 @@ class History:
     force : DataFrame of MODEL_FORCE_COLUMNS
         One row at the start of every increment, and one at the end; P of Eq. 1 for the blade's width.
     force_std_N : float
-        Numerical standard uncertainty of the force (rms over the history), from doubling the increment.
+        Numerical standard uncertainty of the force (rms over the history): from doubling the increment, or
+        what straight lines between the rows leave out, whichever is more.
     P0_N : float
         First force of one block in level sand, closed form.
     bands : DataFrame of BAND_COLUMNS
@@ -191,7 +192,7 @@ def simulate(
     }
     return History(
         force=_force_table(fine, force_N),
-        force_std_N=scale * max(error, march_error(coarse, fine)),
+        force_std_N=scale * max(error, march_error(coarse, fine), chord_error(fine)),
         P0_N=_level_force(scene, soil),
         bands=_band_table(fine, coarse),
         increments=Increments(fine, force_N),
@@ -240,6 +241,26 @@ def march_error(coarse: March, fine: March) -> float:
         return 0.0
     square = (np.interp(b[:, 0], a[:, 0], a[:, 2]) - b[:, 2]) ** 2
     return float(np.sqrt(np.trapezoid(square, b[:, 0]) / b[-1, 0]))
+
+
+def chord_error(fine: March) -> float:
+    """Rms over the whole history of what straight lines between its rows leave out of P / unit weight.
+
+    While a band softens its steps do not shrink with the increment, so that doubling it does not show this.
+    The deviation of a parabola of curvature c from its chord over a length h has the rms c h^2 / sqrt(120);
+    the curvature at a row is the second divided difference among rows of one band, of the two ends of a step
+    the lesser one, so that a fall at once is no curvature of the step after it.
+    """
+    u, force, band = fine.rows[:, 0], fine.rows[:, 2], fine.rows[:, 6]
+    if len(u) < 3:
+        return 0.0
+    step = np.diff(u)
+    slope = np.diff(force) / step
+    bend = np.abs(np.diff(slope)) * 2.0 / (step[1:] + step[:-1])
+    bend[(band[2:] != band[1:-1]) | (band[1:-1] != band[:-2])] = np.inf
+    least = np.minimum(np.append(bend, np.inf), np.append(np.inf, bend))
+    least[~np.isfinite(least)] = 0.0
+    return float(np.sqrt(np.sum(least**2 * step**5) / 120.0 / u[-1]))
 
 
 def _level_force(scene: Scene, soil: Soil) -> float:
