@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ploughval.loadcells.motion import find_motion
-from ploughval.loadcells.pauses import standing
+from ploughval.loadcells.pauses import rise_standing, standing
 from ploughval.loadcells.run_log import RunLog
 
 T = np.arange(0, 70, 0.02)
@@ -49,3 +49,28 @@ def test_sticking_for_a_few_rows_is_no_pause():
 
 def test_a_travel_that_noise_hides_has_no_pause():
     assert not found(paused(30.0, 5.0), 1.0).any()
+
+
+STILL = T > 30.0
+
+
+def test_a_force_that_goes_on_rising_at_rest_is_told_with_its_place_and_size():
+    force = 10.0 + 0.2 * T + np.random.default_rng(1).normal(0, 0.05, T.size)
+    start, rise = rise_standing(force, STILL)
+    assert start == np.argmax(STILL)
+    assert rise == pytest.approx(0.2 * 40.0 * 19 / 20, abs=0.1)  # means of twentieths, noise 0.05 / sqrt(100)
+
+
+@pytest.mark.parametrize(
+    "after",
+    [lambda t: 18.0 * np.exp(-t), lambda t: np.where(t < 20, 18.0, 0.0), lambda t: 18.0 + 0.02 * t],
+    ids=["relaxes", "is unloaded", "drifts by a twentieth"],
+)
+def test_a_force_that_relaxes_is_unloaded_or_drifts_at_rest_is_not(after):
+    force = np.where(STILL, after(T - 30.0), 10.0 + 0.2 * T)
+    assert rise_standing(force + np.random.default_rng(2).normal(0, 0.05, T.size), STILL) is None
+
+
+def test_noise_at_rest_is_no_rise():
+    force = np.random.default_rng(3).normal(0, 1.0, T.size)
+    assert rise_standing(force, STILL) is None

@@ -17,6 +17,7 @@ from ploughval.loadcells.empty_runs import SPEED_DIFFERS, friction_from, read_em
 from ploughval.loadcells.friction import Friction
 from ploughval.loadcells.logs import log_paths, read_cell_log
 from ploughval.loadcells.logs.checks import STATUSES, status_column
+from ploughval.loadcells.pauses import rise_standing
 from ploughval.loadcells.record import (
     ForceArrays,
     MeanLoad,
@@ -160,6 +161,7 @@ def measure_force(scene: Scene) -> ForceResult:
     )
     _say_speed(scene, log, faults)
     _say_motion(log, found, cells.empty, faults)
+    _say_standing(log, found, faults)
     test = replace(log, u_mm=log.u_mm - level_mm)
     contact = _contact(scene, test, found, rig, faults)
     return _gathered(
@@ -241,6 +243,22 @@ def _say_speed(scene: Scene, log: RunLog, faults: list[str]) -> None:
             f"the blade moves at {speed:.4g} mm/s in the log, blade.speed_mm_s = {stated:.4g}: check the "
             "units of time and displacement (a header or [loadcells.columns] can name them), or correct "
             "speed_mm_s"
+        )
+
+
+def _say_standing(log: RunLog, found: ForceArrays, faults: list[str]) -> None:
+    """A force that rises while the displacement stands: the transducer and not the blade came to rest."""
+    if log.motion is None:
+        return
+    end = log.u_mm[: log.motion.stop]
+    kept = np.abs(log.u_mm - end[np.isfinite(end)][-1]) <= _BACK * abs(log.motion.travel_mm)
+    still = log.standing | (log.moving & ~log.advancing & kept)
+    rise = rise_standing(found.force_N, still)
+    if rise is not None:
+        faults.append(
+            f"from {log.time_s[rise[0]]:.4g} s on the displacement stands still at "
+            f"{log.u_mm[rise[0]]:.4g} mm but the force rises by {rise[1]:.3g} N, which no blade at rest "
+            "does: check the displacement transducer; places from there on may be wrong"
         )
 
 
