@@ -14,7 +14,7 @@ from ploughval.report.photographs import Photographs
 PICTURE_BYTES = 3_000_000  # of all pictures; a page writes four characters for three of them
 MOST_PICTURES = 150
 WIDEST_PX = 900
-_QUALITIES = (60, 50, 40)
+_QUALITIES = (45, 38, 30)
 _HEADROOM = 0.92  # of a picture's share that the one tried may take: others differ by a few per cent
 _NARROWER = 0.85
 _NARROWEST_PX = 160

@@ -115,12 +115,12 @@ def _panel(panels: Panels, k: int, lines: Lines, row: int, scene: Scene) -> str:
     if not predicted:
         parts.append(_layers(panels, k, frame.model_layers, lines, f"model thin{halo}"))
     parts.append(_layers(panels, k, own, lines, ("model" if predicted else "measured") + halo))
-    parts.append(_group("surface", [_path(panels, k, surface, f"ground{halo}")]))
+    parts.append(_group("surface", _path(panels, k, surface, f"ground{halo}")))
     for ends, kind in ((frame.model_band_mm, "model"), (frame.band_mm, "measured")):
         if predicted and kind == "measured":
             continue
         tips = [np.array([[scene.u_mm, 0.0], end]) for end in ends]
-        parts.append(_group("bands", [_path(panels, k, tips, f"band {kind}{halo}")]))
+        parts.append(_group("bands", _path(panels, k, tips, f"band {kind}{halo}")))
     face = scene.u_mm if predicted or not np.isfinite(scene.blade_mm) else scene.blade_mm
     parts.append(_blade(panels, k, face, scene.thickness_mm, halo))
     return "".join(parts)
@@ -135,7 +135,9 @@ def _layers(panels: Panels, k: int, text: str, lines: Lines, kind: str) -> str:
     name = "layers-predicted" if kind.startswith("model") else "layers-measured"
     dyed = [points for tag, points in drawn if lines.layers[tag][0] == "dye"]
     plain = [points for tag, points in drawn if lines.layers[tag][0] != "dye"]
-    return _group(name, [_path(panels, k, plain, kind), _path(panels, k, dyed, f"dyed {kind}")])
+    # Beads of dyed sand lie under the line of tracked points, where both were found.
+    pairs = [_path(panels, k, dyed, f"dyed {kind}"), _path(panels, k, plain, kind)]
+    return _group(name, [halo for halo, _ in pairs] + [line for _, line in pairs])
 
 
 def _photograph(panels: Panels, k: int, scene: Scene) -> str:
@@ -156,7 +158,7 @@ def _sand(panels: Panels, k: int, surface: Sequence[Floats]) -> str:
         if len(line) > 1:
             below = np.array([[line[-1, 0], low], [line[0, 0], low]])
             shapes.append(np.vstack([line, below]))
-    return _group("sand", [_path(panels, k, shapes, "sand", closed=True)])
+    return _group("sand", _path(panels, k, shapes, "sand", closed=True))
 
 
 def _blade(panels: Panels, k: int, face: float, thickness: float, halo: str) -> str:
@@ -170,13 +172,20 @@ def _blade(panels: Panels, k: int, face: float, thickness: float, halo: str) -> 
     return _group("blade", [box])
 
 
-def _path(panels: Panels, k: int, lines: Sequence[Floats], kind: str, *, closed: bool = False) -> str:
+def _path(
+    panels: Panels, k: int, lines: Sequence[Floats], kind: str, *, closed: bool = False
+) -> tuple[str, str]:
+    """A path, and before it the light one below it where it lies over the photograph."""
     steps = []
     for line in lines:
         places = np.round(panels.px(line, k), _DIGITS)
         text = "L".join(f"{x:g} {y:g}" for x, y in places.tolist())
         steps.append(f"M{text}{'z' if closed else ''}")
-    return f'<path class="{kind}" d="{"".join(steps)}"/>' if steps else ""
+    if not steps:
+        return "", ""
+    d, plain = "".join(steps), kind.removesuffix(" over")
+    halo = f'<path class="halo {plain}" d="{d}"/>' if plain != kind else ""
+    return halo, f'<path class="{kind}" d="{d}"/>'
 
 
 def _group(layer: str, parts: Sequence[str]) -> str:

@@ -152,9 +152,23 @@ function start() {
   }
 
   const named = () => `frame-${String(frames[now].n).padStart(4, "0")}`, { save, svgText, csv } = window.ploughval;
-  part("save-svg").addEventListener("click", () => save(`${named()}.svg`, "image/svg+xml", svgText(part("stage"))));
+  part("save-svg").addEventListener("click", async () => {
+    const name = `${named()}.svg`, address = stage.address(now), text = svgText(part("stage")), jpeg = await asJpeg(now);
+    save(name, "image/svg+xml", jpeg ? text.replace(address, jpeg) : text);
+  });
   part("save-csv").addEventListener("click", () => save(`${named()}-lines.csv`, "text/csv", csv(lineRows())));
   part("save-force")?.addEventListener("click", () => save("force-history.csv", "text/csv", csv(forceRows())));
+
+  // A photograph as every drawing program reads it; null without one.
+  async function asJpeg(k) {
+    const entry = stage.ready(k);
+    await entry?.when;
+    if (!entry?.picture.naturalWidth) return null;
+    const canvas = document.createElement("canvas");
+    Object.assign(canvas, { width: entry.picture.naturalWidth, height: entry.picture.naturalHeight });
+    canvas.getContext("2d").drawImage(entry.picture, 0, 0);
+    return canvas.toDataURL("image/jpeg", 0.9);
+  }
 
   const short = (value, digits = 3) => Number(value.toFixed(digits));
 

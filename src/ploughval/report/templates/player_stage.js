@@ -111,7 +111,8 @@ window.ploughvalPlayer.Stage = class {
   layer(name, drawn, panel, kind, over) {
     const dyed = drawn.filter((line) => this.data.tags[line.tag][0] === "dye");
     const plain = drawn.filter((line) => this.data.tags[line.tag][0] !== "dye");
-    const parts = [plain, dyed].flatMap((some, k) => this.line(some.map((one) => one.points), panel.top, k ? `${kind} dyed` : kind, over));
+    const pairs = [dyed, plain].map((some, k) => this.line(some.map((one) => one.points), panel.top, k ? kind : `${kind} dyed`, over));
+    const parts = over ? [...pairs.map((pair) => pair[0]), ...pairs.map((pair) => pair[1])].filter(Boolean) : pairs.flat();
     return parts.length ? svg("g", { "data-layer": name }, ...parts) : null;
   }
 
