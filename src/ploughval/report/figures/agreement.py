@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.report.figures.look import narrow, small_pt
-from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, SERIES, new_figure, styled
+from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, SERIES, STEEL, new_figure, styled
 
 FARTHEST = 8.0
 _ROW_IN = 0.235
-_PARTS = (("experiment", MEASURED), ("inputs", SERIES[4]), ("numerics", MUTED))
+_PARTS = (("experiment", MEASURED), ("inputs", SERIES[4]), ("numerics", STEEL))
 
 
 @styled

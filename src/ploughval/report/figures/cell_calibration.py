@@ -21,6 +21,7 @@ from ploughval.report.figures.style import (
 
 _CELLS = ("upper", "lower")
 _MARKS = {"up": "^", "down": "v"}
+_DASHES = ("-", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))  # runs differ without their colours
 _NAMED_RUNS = len(SERIES)  # more runs than colours are not named
 _MARGIN = 1.25
 
@@ -109,7 +110,8 @@ def _runs(axes: Axes, points: pd.DataFrame, keys: list[tuple[str, str]], cell: s
         moment, residual = (part[f"{name}_{cell}_Nm"].to_numpy(float) for name in ("moment", "residual"))
         colour = SERIES[k % len(SERIES)]
         name = plain(f"{PurePosixPath(file).stem}, run {run}", 28) if 1 < len(keys) <= _NAMED_RUNS else ""
-        axes.plot(moment, residual, color=colour, lw=0.7, alpha=0.6, label=name or "_")
+        dash = _DASHES[k % len(_DASHES)]
+        axes.plot(moment, residual, color=colour, ls=dash, lw=0.8, alpha=0.7, label=name or "_")
         for direction, mark in _MARKS.items():
             rows = (part["direction"] == direction).to_numpy()
             axes.plot(moment[rows], residual[rows], mark, color=colour, ms=5)

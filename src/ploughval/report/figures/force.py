@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.look import legend_outside
+from ploughval.report.figures.look import legend_outside, narrow
 from ploughval.report.figures.style import (
     INK,
     MEASURED,
@@ -78,7 +78,7 @@ def force_figure(
     envelope : DataFrame or None
         Columns u_mm, low_N, high_N: the limits that hold 95 % of the runs with drawn inputs.
     """
-    figure = new_figure(3.7)
+    figure = new_figure(4.6 if narrow() else 3.7)
     axes = figure.subplots()
     per_u, per_P = 1 / (depth_mm or 1.0), 1 / (P0_N or 1.0)
     if envelope is not None and envelope["low_N"].notna().any():

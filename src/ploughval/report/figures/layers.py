@@ -95,7 +95,7 @@ def layers_figure(
     bar = 0.55 if differences is not None else 0.0
     count = max(len(sides), 1)
     figure = new_figure(
-        text_in=0.75 + bar + 0.12 * count, picture_in=count * min(panel, 4.0), width_in=STAGE_WIDTH_IN
+        text_in=0.75 + bar + 0.3 * count, picture_in=count * min(panel, 4.0), width_in=STAGE_WIDTH_IN
     )
     grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (side, title) in zip(grid, sides, strict=False):
@@ -144,11 +144,7 @@ def _panel(axes: Axes, side: Side, title: str, other: Side | None, differences: 
     if side.layers is not None and differences is None:
         _lines(axes, side.layers, over if on_photo else colour, 1.6, "-", halo=on_photo)
     text = title if other is None or other.layers is None else "measured (dashed: predicted)"
-    box = {"facecolor": "#ffffff" if on_photo else "none", "edgecolor": "none", "alpha": 0.8, "pad": 2}
-    axes.text(
-        0.988, 0.96, text, transform=axes.transAxes, ha="right", va="top", bbox=box, zorder=8,
-        color="#1a1a1a" if on_photo else INK,
-    )  # fmt: skip
+    axes.set_title(text, loc="right", pad=3)  # beside the heap, which would be hidden within the panel
 
 
 def _lines(axes: Axes, layers: pd.DataFrame, colour: str, width: float, dash: str, *, halo: bool) -> None:

@@ -189,8 +189,8 @@ def fitting_columns(labels: Sequence[str], most: int, width_in: float) -> int:
 
 def width_of(axes: Axes) -> float:
     """Width of the figure that axes are in, inches."""
-    figure = axes.get_figure(root=True)
-    return 0.0 if figure is None else float(figure.get_figwidth())
+    figure = axes.figure
+    return float(figure.get_figwidth()) if isinstance(figure, Figure) else 0.0
 
 
 def finish(figure: Figure) -> None:

@@ -79,7 +79,7 @@ def shear_figure(
     """
     x0, x1, y0, y1 = extent
     panel = min(4.7 * (y1 - y0) / (x1 - x0), 4.0)
-    figure = new_figure(text_in=0.6 + 2 * 0.95, picture_in=2 * panel, width_in=STAGE_WIDTH_IN)
+    figure = new_figure(text_in=0.7 + 2 * 0.95, picture_in=2 * panel, width_in=STAGE_WIDTH_IN)
     for axes, shown, top, text in zip(
         figure.subplots(2, 1),
         maps,

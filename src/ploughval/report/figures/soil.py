@@ -12,6 +12,7 @@ from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MODEL, SERIES, new_figure, styled
 
 _MARKERS = "osD^vP"
+_DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1.5, 1.5)))  # bands differ without their colours
 _TWO_SIDED = 1.96
 _NEAR_LENGTHS = 4.0  # slip shown at the left, in mobilization lengths
 _NEAR_SHARE = 0.6  # ... and at most of all slip
@@ -111,7 +112,10 @@ def _bands(axes: Axes, frames: pd.DataFrame, curve: pd.DataFrame | None) -> None
             slip, phi = own["slip_mm"].to_numpy(float), own["phi_deg"].to_numpy(float)
             reach = _TWO_SIDED * own["phi_std_deg"].to_numpy(float)
             axes.fill_between(slip, phi - reach, phi + reach, color=colour, alpha=0.18, linewidth=0)
-            axes.plot(slip, phi, color=colour, lw=1.1, label=None if len(marks) else f"band {band:g}")
+            dash = _DASHES[place % len(_DASHES)]
+            axes.plot(
+                slip, phi, color=colour, ls=dash, lw=1.1, label=None if len(marks) else f"band {band:g}"
+            )
 
 
 def _lines(axes: Axes, end_mm: float, read: SofteningLine | None, assumed: SofteningLine | None) -> None:
