@@ -14,6 +14,7 @@ _STEP = 0.4  # of a jump: what the outcrop steps at least where it happens
 _SIDE = 4  # increments to either side of a jump that are looked at
 _LEVEL = 3  # of them: those whose median is its level
 _CREEP = 0.2  # of the blade's travel: an outcrop that moves ahead by less, or back, is taken to stay
+_CREEP_STDS = 5.0  # of its own: a handful of increments drift by three at times
 _LEAST_CURVED = 6  # increments that tell how it slowed down
 _BEGINNING = 8  # increments that tell where a creeping band began
 
@@ -165,7 +166,7 @@ def _at_start(u: Floats, x: Floats, std: Floats) -> tuple[float, float]:
     whole, _ = _polynomial(u, x, weight, 1)
     part = slice(0, _BEGINNING)
     early, early_std = _polynomial(u[part], x[part], weight[part], 1)
-    if whole[1] < _CREEP or early[1] < max(3 * early_std[1], _CREEP):
+    if whole[1] < _CREEP or early[1] < max(_CREEP_STDS * early_std[1], _CREEP):
         return level, level_std
     order = 2 if len(x[part]) >= _LEAST_CURVED else 1  # a creeping outcrop slows down
     fit, fit_std = _polynomial(u[part], x[part], weight[part], order)

@@ -16,9 +16,9 @@ _SPAN_DEG = np.arange(-3.0, 3.01, 0.25)  # about the best angle
 _SPANS = (1.0, 3.0, 9.0)
 _FALLEN = 8.0  # logarithms by which the posterior is down where it is left
 _FINE = np.linspace(-4.0, 4.0, 33)  # about the mean, in standard deviations
-_SIDE_SUBSETS = 1 / 60  # std with which correlation parts the sides of a band (measured, section 7)
+_SIDE_SUBSETS = 1 / 70  # std with which correlation parts the sides of a band (measured, section 7)
 _ONE_SIDED = 3.0  # so much more where one side has no points
-_SWEPT = 0.1  # of half of what the line sweeps in an increment: when a point on the way is given up
+_SWEPT = 0.05  # of half of what the line sweeps in an increment: when a point on the way is given up
 _LEVER = 1.5  # angle of the line through the tip that fits an even offset along a length of 1
 _LEAST_STD_DEG = 0.004
 _LEAST_EVIDENCE = 10.0  # logarithm of the likelihood ratio of a line to no motion at all
@@ -83,9 +83,8 @@ def fit_line(motion: Motion) -> BandLine | None:
 
 def _best(shares: Shares) -> tuple[float, float]:
     """Likeliest angle, rad (NaN where a side has too few points), and its evidence against rest."""
-    width = float(_WIDTHS[2] * shares.reach_mm)
     angles = np.radians(_ALL_DEG)
-    logs = shares.cuts(angles, width)
+    logs = shares.cuts(angles)
     angle = float(angles[int(np.argmax(logs))])
     moving = height_above(shares.place, angle) > 0
     enough = (moving & (shares.share > 0.5)).sum() >= _LEAST_POINTS and (~moving).sum() >= _LEAST_POINTS
@@ -119,7 +118,7 @@ def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
     for span in _SPANS:  # wider where a gap in the field leaves the line open
         wide = _inside(angle + np.radians(span * _SPAN_DEG))
         near = shares.near(float(wide[0]), float(wide[-1]), reach)
-        coarse = _widths(near, wide, reach)
+        coarse = near.logs(wide, _WIDTHS * reach)
         logs = np.logaddexp.reduce(coarse, axis=0)
         if max(logs[0], logs[-1]) < logs.max() - _FALLEN:
             break
@@ -127,7 +126,7 @@ def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
     angles, table = wide, coarse
     for _ in range(2):
         fine = _inside(mean + max(std, np.radians(_LEAST_STD_DEG)) * _FINE)
-        table = np.concatenate([coarse, _widths(near, fine, reach)], axis=1)
+        table = np.concatenate([coarse, near.logs(fine, _WIDTHS * reach)], axis=1)
         angles, order = np.unique(np.concatenate([wide, fine]), return_index=True)
         table = table[:, order]
         logs = np.logaddexp.reduce(table, axis=0)
@@ -148,11 +147,6 @@ def _side_std(shares: Shares, angle: float) -> float:
     offset = _SIDE_SUBSETS * (1 + _ONE_SIDED * max(0.0, 1 - 2 * fewer)) * shares.reach_mm
     swept = _SWEPT * 0.5 * shares.travel_mm * np.sin(angle)
     return float(_LEVER * np.hypot(offset, swept) / shares.far_mm)
-
-
-def _widths(shares: Shares, angles: Floats, reach: float) -> Floats:
-    """Log-likelihoods (W, G) for every width."""
-    return np.stack([shares.logs(angles, float(w * reach)) for w in _WIDTHS])
 
 
 def _inside(angles: Floats) -> Floats:

@@ -13,7 +13,8 @@ _LEAST_SHARE_STD = 0.003
 _TRANSITION = 0.3  # std of the share of a point in the middle of the change: what it sees is not known
 _STRAYS = (0.01, 0.3)  # least and largest part of vectors that belong to neither side
 _STRAY_DENSITY = 0.5  # of strays, over shares from -0.5 to 1.5
-_TORN = 0.6  # of the subsets whose middle a band crosses are lost
+_TORN = (0.1, 0.4, 0.95)  # of the subsets whose middle a band crosses are lost: even chances
+_TEARING = (0.06, 0.1, 0.15)  # standard width of the strip of losses, beyond what is swept, in subsets
 _LEAST_LOSS = 0.002  # of subsets that no band crosses
 _LEAST_CLEAR = 8  # points clear of a line that tell noise and strays
 
@@ -41,15 +42,14 @@ class Shares:
     far_mm: float
     reach_mm: float
 
-    def logs(self, angle: Floats, width: float) -> Floats:
-        """Log-likelihood (G,) of lines at angles (G,), rad, with one width (mm), Eq. (6)."""
-        above, wide = self._geometry(self.place, angle, width)
-        part = expit(_LOGISTIC * above / wide)
-        seen = point_logs(self.share, self.std, part, self.strays) + np.log(1 - self._torn(above / wide))
-        gone = np.log(self._torn(np.divide(*self._geometry(self.lost, angle, width))))
-        return np.asarray(seen.sum(axis=1) + gone.sum(axis=1))
+    def logs(self, angle: Floats, widths: Floats) -> Floats:
+        """Log-likelihood (W, G) of lines at angles (G,), rad, with widths (W,) of the change, mm, Eq. (6)."""
+        above, swept = self._geometry(self.place, angle)
+        parts = (expit(_LOGISTIC * above / np.sqrt(width**2 + swept)) for width in widths)
+        moved = [point_logs(self.share, self.std, part, self.strays).sum(axis=1) for part in parts]
+        return np.stack(moved) + self._fates(above, swept, angle)
 
-    def cuts(self, angle: Floats, width: float) -> Floats:
+    def cuts(self, angle: Floats) -> Floats:
         """The same (G,) for a line without width to those that were seen: quick, for many angles."""
         own = np.arctan2(self.place[:, 1], self.place[:, 0])
         order = np.argsort(own, kind="stable")
@@ -57,7 +57,7 @@ class Shares:
         below = np.concatenate([[0.0], np.cumsum(rest)])
         over = np.concatenate([np.cumsum(move[::-1])[::-1], [0.0]])
         cut = np.searchsorted(own[order], angle)
-        gone = np.log(self._torn(np.divide(*self._geometry(self.lost, angle, width))))
+        gone = np.log(self._torn(*self._geometry(self.lost, angle), _TORN[1], _TEARING[1]))
         return np.asarray(below[cut] + over[cut] + gone.sum(axis=1))
 
     def at_rest(self) -> float:
@@ -78,17 +78,29 @@ class Shares:
             std=self.std[seen],
         )
 
-    def _geometry(self, place: Floats, angle: Floats, width: float) -> tuple[Floats, Floats]:
-        """Heights (G, N) above lines, mm, and standard width of the change there, Eqs (3) and (4)."""
+    def _geometry(self, place: Floats, angle: Floats) -> tuple[Floats, Floats]:
+        """Heights (G, N) above lines, mm, and the variance of what a line sweeps there, mm2, Eqs (3), (4)."""
         x, y = place.T
         sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
         above, along = cos * y - sin * x, cos * x + sin * y
         ramp = 0.5 * self.travel_mm * sin * (1 - np.clip(along / self.far_mm, 0.0, 1.0))
-        return above, np.sqrt(width**2 + ramp**2 / 3)
+        return above, ramp**2 / 3
 
-    def _torn(self, heights: Floats) -> Floats:
-        """Probability that a point is lost, given its height in widths, Eq. (5)."""
-        return np.asarray(self.loss + (_TORN - _TORN * self.loss) * np.exp(-(heights**2) / 2))
+    def _torn(self, above: Floats, swept: Floats, part: float, width: float) -> Floats:
+        """Probability that a point at a height above the line is lost, Eq. (5)."""
+        near = np.exp(-(above**2) / (2 * ((width * self.reach_mm) ** 2 + swept)))
+        return np.asarray(self.loss + part * (1 - self.loss) * near)
+
+    def _fates(self, above: Floats, swept: Floats, angle: Floats) -> Floats:
+        """Log-likelihood (G,) that points seen, whose geometry is given, were kept and others lost."""
+        lost = self._geometry(self.lost, angle)
+        logs = [
+            np.log(1 - self._torn(above, swept, part, width)).sum(axis=1)
+            + np.log(self._torn(*lost, part, width)).sum(axis=1)
+            for part in _TORN
+            for width in _TEARING
+        ]
+        return np.asarray(np.logaddexp.reduce(logs, axis=0))
 
 
 def point_logs(share: Floats, std: Floats, part: Floats | np.float64, strays: float) -> Floats:
