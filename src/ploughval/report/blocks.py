@@ -29,11 +29,16 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell: what is printed, the number behind it, and the kind of mark it carries."""
+    """A cell: what is printed, the number behind it with its uncertainty, and the kind of mark it carries.
+
+    ``ratio`` draws a dot where an error lies in units of its validation uncertainty.
+    """
 
     text: str
     value: float | None = None
     mark: str = ""
+    std: float | None = None
+    ratio: float | None = None
 
     @property
     def numeric(self) -> bool:
@@ -145,9 +150,11 @@ def table_of(
     return Table(caption, [_head(name) for name in names], rows, folded=folded)
 
 
-def pair_cell(value: float, std: float) -> Cell:
+def pair_cell(value: float | None, std: float | None) -> Cell:
     """A cell with a value and its standard uncertainty."""
-    return Cell(with_std(value, std), value if math.isfinite(value) else None)
+    if value is None or not math.isfinite(value):
+        return Cell(with_std(value, std))
+    return Cell(with_std(value, std), value, std=std if std is not None and math.isfinite(std) else None)
 
 
 BAND_HEAD = (

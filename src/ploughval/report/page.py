@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import BaseLoader, Environment, StrictUndefined, TemplateNotFound
 
 from ploughval.errors import ConfigError, DataError, Fault
+from ploughval.report.attached import Attached, attached
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.calibration import calibration_chapter
 from ploughval.report.chapters import (
@@ -24,17 +25,18 @@ from ploughval.report.photographs import open_photographs
 from ploughval.report.player import player_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.results import Results, read_results
-from ploughval.report.scripts import page_script
+from ploughval.report.scripts import json_block, page_script
 from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
+from ploughval.report.text import slug
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
 
 PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
-STAGE_PIXELS = 900_000  # of photograph in the figures of the stages: the player shows every frame
-SCRIPTS = ("downloads.js", "player_data.js", "player_stage.js", "player_chart.js", "player.js")
+STAGE_PIXELS = 400_000  # of photograph in the figures of the stages: the player shows every frame
+SCRIPTS = ("downloads.js", "reading.js", "player_data.js", "player_stage.js", "player_chart.js", "player.js")
 
 
 def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> Path:
@@ -78,10 +80,10 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
 def single_page(results: Results) -> str:
     """The page of one test, as HTML."""
     pen, photographs = Pen(), open_photographs(results)
+    short, agreement = short_chapter(results), agreement_chapter(results, pen)
     built = (
-        short_chapter(results),
+        short or agreement,
         player_chapter(results, photographs),
-        agreement_chapter(results, pen),
         force_chapter(results, pen),
         layers_chapter(results, pen, photographs, photo_pixels=STAGE_PIXELS),
         mound_chapter(results, pen),
@@ -89,6 +91,7 @@ def single_page(results: Results) -> str:
         field_chapter(results, pen),
         shear_chapter(results, pen),
         friction_chapter(results, pen),
+        agreement if short else None,
         soil_fit_chapter(results, pen),
         load_cells_chapter(results, pen),
         calibration_chapter(results, pen),
@@ -104,7 +107,14 @@ def single_page(results: Results) -> str:
         tiles=tiles(results),
         chapters=chapters,
         version=results.run.ploughval,
+        **with_files(attached(results, chapters)),
     )
+
+
+def with_files(files: Mapping[str, Attached]) -> dict[str, Any]:
+    """What a page needs to offer tables of the result folder: them by file, and what holds them."""
+    texts = {name: {"name": file.name, "text": file.text} for name, file in files.items()}
+    return {"files": files, "attached": json_block("attached", texts)}
 
 
 def render(template: str, **context: Any) -> str:
@@ -116,6 +126,7 @@ def render(template: str, **context: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["slug"] = slug
     return environment.get_template(template).render(script=page_script(SCRIPTS), **context)
 
 

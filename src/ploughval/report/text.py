@@ -4,6 +4,8 @@ import math
 import re
 
 MISSING = "–"
+_POWER = " × 10"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNIT_NAMES = {
     "degree": "°",
     "deg": "°",
@@ -39,6 +41,8 @@ def number(value: float | None, digits: int = 4) -> str:
 
     >>> number(1234.56), number(0.00012345), number(None), number(float("nan"))
     ('1235', '0.0001234', '–', '–')
+    >>> number(-4e-6, 3), number(1.5e9, 2)
+    ('−4.00 × 10⁻⁶', '1.5 × 10⁹')
     """
     if value is None or not math.isfinite(value):
         return MISSING
@@ -46,7 +50,7 @@ def number(value: float | None, digits: int = 4) -> str:
         return "0"
     size = math.floor(math.log10(abs(value)))
     if size < -5 or size > 8:
-        return _minus(f"{value:.{digits - 1}e}")
+        return _power(value, digits)
     return _minus(f"{value:.{max(0, digits - 1 - size)}f}")
 
 
@@ -57,7 +61,7 @@ def brief(value: float | None, digits: int = 4) -> str:
     ('0.05', '18', '11.31', '−1234567')
     """
     text = number(value, digits)
-    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+    return text.rstrip("0").rstrip(".") if "." in text and _POWER not in text else text
 
 
 def with_std(value: float | None, std: float | None) -> str:
@@ -109,5 +113,11 @@ def slug(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "x"
 
 
+def _power(value: float, digits: int) -> str:
+    """A number as so many digits and a power of ten."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    return _minus(mantissa) + _POWER + str(int(exponent)).translate(_RAISED)
+
+
 def _minus(text: str) -> str:
-    return text.replace("-", "−") if "e" not in text else text
+    return text.replace("-", "−")

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile, pair_cell
 from ploughval.report.figures import agreement_figure
 from ploughval.report.results import MetricEntry, Results
-from ploughval.report.text import label, number, unit, with_std
+from ploughval.report.text import label, number, unit
 
 HEAD = (
     "Metric",
@@ -17,6 +17,7 @@ HEAD = (
     "u_val mostly from",
     "Note",
 )
+SHORT_HEAD = HEAD[:6]
 
 
 def verdict(results: Results) -> str:
@@ -87,11 +88,11 @@ def travel_mm(results: Results) -> float | None:
 
 
 _SHORT = (
-    "first_peak_N", "force_mean_N", "first_switch_P0", "first_switch_u_d", "peak_spacing_d", "force_rms_P0",
-    "bands_count", "first_band_beta_deg", "first_outcrop_x_mm", "band_frequency_ratio",
-    "layers_rms_mm", "surface_crest_end_mm", "surface_slope_end_deg", "mobilised_peak_deg",
-    "mobilised_residual_deg",
+    "first_peak_N", "force_mean_N", "first_switch_u_d", "peak_spacing_d", "force_rms_P0",
+    "first_band_beta_deg", "first_outcrop_x_mm", "layers_rms_mm", "surface_crest_end_mm",
+    "mobilised_peak_deg",
 )  # fmt: skip
+_WORST = 3  # so many others that differ stand with them
 _FEW = 20  # so many metrics need no shorter table before them
 
 
@@ -100,10 +101,17 @@ def short_chapter(results: Results) -> Chapter | None:
     if results.metrics is None or len(results.metrics.metrics) <= _FEW:
         return None
     found = results.metrics.metrics
-    chosen = {name: found[name] for name in _SHORT if name in found and found[name].agrees is not None}
-    if not chosen:
+    chosen = [name for name in _SHORT if name in found and found[name].agrees is not None]
+    others = [name for name, metric in found.items() if metric.agrees is False and name not in chosen]
+    others.sort(key=lambda name: -abs(_ratio(found[name]) or 0.0))
+    rows = [_row(name, found[name], [])[: len(SHORT_HEAD)] for name in (*chosen, *others[:_WORST])]
+    if not rows:
         return None
-    return Chapter("short", "In short", tables=[_table("The test in a few numbers", chosen)])
+    lead = (
+        "E is model minus experiment; grey in the picture of an error: within 2\u00a0u_val, where both agree."
+    )
+    table = Table("The test in a few numbers", SHORT_HEAD, rows, kind="short")
+    return Chapter("short", "In short", lead=lead, tables=[table])
 
 
 def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
@@ -171,7 +179,7 @@ def agreement_drawings(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Dra
     drawings = []
     for title in dict.fromkeys(topic(name) for name in shown):
         some = {name: metric for name, metric in shown.items() if topic(name) == title}
-        ratios = [(metric.error or 0.0) / (metric.validation_std or 1.0) for metric in some.values()]
+        ratios = [_ratio(metric) or 0.0 for metric in some.values()]
         names = [named(name, metric) for name, metric in some.items()]
         outside = [name for name, ratio in zip(names, ratios, strict=True) if abs(ratio) > 2]
         said = f"Outside two of them: {', '.join(outside)}." if outside else "All are within two."
@@ -215,19 +223,26 @@ def named(name: str, metric: MetricEntry) -> str:
     return f"{label(name)}, {measure}" if measure else label(name)
 
 
+def _ratio(metric: MetricEntry) -> float | None:
+    """The error over its validation uncertainty, where both are known."""
+    return (
+        metric.error / metric.validation_std if metric.error is not None and metric.validation_std else None
+    )
+
+
 def _row(name: str, metric: MetricEntry, notes: list[str]) -> list[Cell]:
     twice = None if metric.validation_std is None else 2 * metric.validation_std
     words = {True: ("yes", "agrees"), False: ("no", "differs"), None: ("unknown", "unknown")}
     word, mark = words[metric.agrees]
     return [
         Cell(named(name, metric)),
-        Cell(with_std(metric.experiment, metric.experiment_std), metric.experiment),
-        Cell(with_std(metric.model, metric.model_std), metric.model),
+        pair_cell(metric.experiment, metric.experiment_std),
+        pair_cell(metric.model, metric.model_std),
         Cell(number(metric.error, 3), metric.error),
         Cell(number(twice, 3), twice),
-        Cell(word, mark=mark),
+        Cell(word, mark=mark, ratio=_ratio(metric)),
         Cell(_mostly(metric)),
-        Cell(_letter(notes.index(metric.note)) if metric.note else ""),
+        Cell(_letter(notes.index(metric.note)) if metric.note in notes else ""),
     ]
 
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Sequence
 
-from ploughval.report.blocks import BAND_HEAD, Cell, Chapter, Pen, Table, band_rows
+from ploughval.report.blocks import BAND_HEAD, Cell, Chapter, Pen, Table, band_rows, pair_cell
 from ploughval.report.figures import forces_figure
 from ploughval.report.figures.series import MOST_NAMES, History
 from ploughval.report.results import MetricEntry, Results
 from ploughval.report.several.findings import SeveralFindings
-from ploughval.report.text import MISSING, number, with_std
+from ploughval.report.text import MISSING, number
 from ploughval.report.verdict import by_topic, named, topic
 
 MOST_COLUMNS = 8  # tests side by side; more stand below each other
@@ -100,11 +100,11 @@ def _held(tests: Sequence[Results], name: str, pick: Pick) -> bool:
 def _experiment(metric: MetricEntry | None) -> Cell:
     if metric is None:
         return Cell(MISSING)
-    return Cell(with_std(metric.experiment, metric.experiment_std), metric.experiment)
+    return pair_cell(metric.experiment, metric.experiment_std)
 
 
 def _model(metric: MetricEntry | None) -> Cell:
-    return Cell(MISSING) if metric is None else Cell(with_std(metric.model, metric.model_std), metric.model)
+    return Cell(MISSING) if metric is None else pair_cell(metric.model, metric.model_std)
 
 
 def _error(metric: MetricEntry | None) -> Cell:

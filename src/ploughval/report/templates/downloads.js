@@ -125,3 +125,45 @@ window.ploughval = Object.freeze({ save, svgText, csv });
 
 // Marks the page as one whose scripts run; what needs them is shown from then on.
 root.classList.add("scripted");
+
+// The controls of the page: each names what it saves.
+document.addEventListener("click", (event) => {
+  const button = event.target.closest("button[data-save]");
+  if (!button) return;
+  const place = button.closest("[data-name]"), what = button.dataset.save;
+  if (what === "svg") save(`${place.dataset.name}.svg`, "image/svg+xml", svgText(place.querySelector(":scope > svg")));
+  else if (what === "table") save(`${place.dataset.name}.csv`, "text/csv", csv(tableRows(place.querySelector("table"), place)));
+  else {
+    const { name, text } = JSON.parse(document.getElementById("attached").textContent)[button.dataset.file];
+    save(name, "text/csv", text);
+  }
+});
+
+// Rows of a table: numbers in full precision, uncertainties in columns of their own, notes in words.
+function tableRows(table, place) {
+  const notes = [...place.querySelectorAll(".footnotes > li")].map((note) => note.textContent.trim());
+  const rows = [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cellContent(cell, notes)));
+  const head = [...(table.tHead?.rows[0].cells ?? [])].map((cell) => cell.textContent.trim());
+  const width = Math.max(0, ...rows.map((row) => row.length));
+  const paired = Array.from({ length: width }, (_, i) => rows.some((row) => row[i]?.[1] !== undefined));
+  const body = rows.map((row) => row.flatMap((cell, i) => (paired[i] ? [cell[0], cell[1]] : [cell[0]])));
+  return head.length ? [head.flatMap((name, i) => (paired[i] ? pairNames(name) : [name])), ...body] : body;
+}
+
+// "Force ± std, N" is two columns: "Force, N" and "std of Force, N".
+function pairNames(name) {
+  const [, what, spread, rest] = /^(.*?) ± (\w+)(.*)$/.exec(name) ?? [name, name, "std", ""];
+  return [what + rest, `${spread} of ${what}${rest}`];
+}
+
+function cellContent(cell, notes) {
+  const number = cell.querySelector("data"), text = cell.textContent.trim();
+  if (number) return [Number(number.value), number.dataset.std === undefined ? undefined : Number(number.dataset.std)];
+  if (text === "–") return [null];
+  return [notes[letters(text)] ?? text];
+}
+
+// Place of a footnote from its letter: a, b, ... z, aa; -1 where a text is none.
+function letters(text) {
+  return /^[a-z]{1,2}$/.test(text) ? [...text].reduce((sum, letter) => sum * 26 + letter.charCodeAt(0) - 96, 0) - 1 : -1;
+}
