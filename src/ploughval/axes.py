@@ -154,6 +154,7 @@ BUDGET_COLUMNS = (
     "sensitivity_mm",
     "arm_share",
 )
+PRACTICE_COLUMNS = ("group", "item", "value", "std", "unit", "text", "source", "predicted", "note")
 MODEL_FORCE_COLUMNS = ("u_mm", "force_N", "beta_deg", "outcrop_x_mm", "band")
 
 

@@ -11,6 +11,12 @@ from ploughval.errors import CorrelationError
 
 Floats = NDArray[np.float64]
 
+GAUGE_SUBSETS = 1.5
+"""Diameter of the circle over which the maps take strain, in subsets."""
+GAUGE_SPACINGS = 3.0
+"""The same in spacings of the points, where these lie further apart."""
+SHEAR_FLOORS = 1.77
+"""Mean maximum shear strain that noise alone gives, in stds of a component of the gradient (Rayleigh)."""
 LEAST_POINTS = 4  # that a plane is put through
 MOST_CONDITION = 1e6  # of its normal equations
 _PAIRS = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -42,6 +48,11 @@ class StrainField:
     floor: Floats
     measure: StrainMeasure
     gauge_px: float
+
+
+def gauge_px(subset_px: float, spacing_px: float = 0.0) -> float:
+    """Diameter of the circle over which the maps take strain, px; 46.5 px for subsets of 31 px."""
+    return max(GAUGE_SUBSETS * subset_px, GAUGE_SPACINGS * spacing_px)
 
 
 def strain_of(gradient: ArrayLike, measure: StrainMeasure | str) -> Floats:

@@ -19,6 +19,7 @@ from ploughval.run.findings import Findings
 from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.noise import noise_record
 from ploughval.run.pattern import pattern_record
+from ploughval.run.practice import good_practice
 from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
@@ -55,6 +56,7 @@ FILES = (
     "layer_distances.csv",
     "mound.csv",
     "band_pairs.csv",
+    "good_practice.csv",
     "report.html",
     "run.json",
 )
@@ -80,6 +82,8 @@ def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
         write_model(scene, found.history, folder / "model", stages_mm=found.frame_displacement_mm())
         writer.written += [folder / "model" / f"{name}.csv" for name in MODEL_FILES]
     _write_comparison(scene, writer, found)
+    practice = good_practice(scene, found)
+    writer.csv("good_practice.csv", practice if len(practice) else None, axes.PRACTICE_COLUMNS)
     writer.json("run.json", run_record(scene, found))
     _remove_stale(folder, writer.written)
     return writer.written

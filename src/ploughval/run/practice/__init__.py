@@ -1,0 +1,5 @@
+"""Rows that good practice asks for (Jones & Iadicola 2018), filled from settings and measurements."""
+
+from ploughval.run.practice.table import good_practice
+
+__all__ = ["good_practice"]
