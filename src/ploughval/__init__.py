@@ -48,9 +48,12 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
 
     from ploughval.report import write_report
     from ploughval.run import process_folder
+    from ploughval.watch import one_step, unheard
 
     outcome = process_folder(folder, out=out, **options)
-    return replace(outcome, report=write_report(outcome.results))
+    with one_step(options.get("progress", unheard), "report"):
+        page = write_report(outcome.results)
+    return replace(outcome, report=page)
 
 
 def simulate(

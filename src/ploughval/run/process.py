@@ -1,7 +1,8 @@
 """One test folder from its settings to its result files: the steps that its scene calls for."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,10 +23,11 @@ from ploughval.run.doubts import doubts, heap_doubts, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.first_frame import first_frame
 from ploughval.run.results import forget, refuse_inputs, write_results
-from ploughval.run.window import Progress, WindowRecord, watch
+from ploughval.run.window import WindowRecord, watch
 from ploughval.scene import Scene, Step, load_scene
 from ploughval.scene_camera import EQUIPMENT
 from ploughval.tracers import area_balance, find_bands, layers_from_tracks
+from ploughval.watch import Progress, one_step, unheard
 
 Value = TypeVar("Value")
 LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
@@ -52,7 +54,7 @@ def process_folder(
     out: Path | str | None = None,
     workers: int = 1,
     fresh: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> Outcome:
     """Process one test folder and write every result file except the report page.
 
@@ -66,8 +68,8 @@ def process_folder(
         Threads; numbers do not depend on it.
     fresh : bool
         Start over instead of reusing finished stages.
-    progress : callable or None
-        Called with (stage, done, total).
+    progress : callable
+        Hears of (stage, done, total): at the beginning of each stage, after each photograph, and at the end.
 
     Returns
     -------
@@ -87,7 +89,8 @@ def process_folder(
     run.open()
     forget(results)
     run.go()
-    write_results(scene, run.found, results)
+    with one_step(progress, "results"):
+        write_results(scene, run.found, results)
     comparison = run.found.comparison
     return Outcome(
         name=scene.test.name,
@@ -104,17 +107,16 @@ def process_folder(
 class _Run:
     """One test on its way through the steps that its scene calls for."""
 
-    def __init__(self, scene: Scene, kept: store.Store, workers: int, progress: Progress | None) -> None:
+    def __init__(self, scene: Scene, kept: store.Store, workers: int, progress: Progress) -> None:
         self.scene, self.kept, self.workers, self.progress = scene, kept, workers, progress
         self.found = Findings(input_digests=provenance.input_digests(scene))
 
     def open(self) -> None:
         """Open and calibrate the photographs: what is refused here leaves earlier results as they are."""
         if Step.CALIBRATION in self.scene.steps:
-            start = time.perf_counter()
-            self.found.frames = open_frames(self.scene)
-            self.found.calibration = calibrate(self.scene, self.found.frames)
-            self._time(Step.CALIBRATION.value, start)
+            with self._timed(Step.CALIBRATION.value):
+                self.found.frames = open_frames(self.scene)
+                self.found.calibration = calibrate(self.scene, self.found.frames)
 
     def go(self) -> None:
         steps, found = self.scene.steps, self.found
@@ -134,23 +136,25 @@ class _Run:
 
     def _attempt(self, step: str, action: Callable[[], Value]) -> Value | None:
         """Run a step; a fault that the user can cause costs this step alone, and is named."""
-        start = time.perf_counter()
-        try:
-            return action()
-        except PloughvalError as error:
-            self._lose(step, str(error))
-            return None
-        finally:
-            self._time(str(step), start)
+        with self._timed(str(step)):
+            try:
+                return action()
+            except PloughvalError as error:
+                self._lose(step, str(error))
+        return None
 
     def _lose(self, step: str, reason: str) -> None:
         self.found.faults.append(f"{step}: {reason}")
         self.found.lost_steps.append(str(step))
 
-    def _time(self, stage: str, start: float) -> None:
-        self.found.timings_s[stage] = time.perf_counter() - start
-        if self.progress is not None:
-            self.progress(stage, 1, 1)
+    @contextmanager
+    def _timed(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        with one_step(self.progress, stage):
+            try:
+                yield
+            finally:
+                self.found.timings_s[stage] = time.perf_counter() - start
 
     def _photographs(self) -> WindowRecord:
         """The walk through the photographs, or what an earlier run kept of it."""

@@ -1,7 +1,7 @@
 """The one walk through the photographs: camera, blade, sand, surface, dyed layers and tracked points."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, fields
 
@@ -18,10 +18,10 @@ from ploughval.run.pattern import NO_TEXTURE, texture_arrays
 from ploughval.run.steadied import FixedMarkers, Steadied, camera_sees, look_steadied
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
+from ploughval.watch import Progress, unheard
 
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8] | NDArray[np.uint16]
-Progress = Callable[[str, int, int], None]
 
 STILL_DEPTHS = 0.05
 """Sand this far below the tip's level is taken to stay where it is, in depths of the blade."""
@@ -76,7 +76,7 @@ def watch(
     *,
     first: int = 0,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> WindowRecord:
     """Walk the photographs once, in order of time, holding a few frames in memory.
 
@@ -93,7 +93,7 @@ def watch(
     workers : int
         Threads; with more than one the next photograph is read and looked at while one is tracked. The
         numbers do not depend on it.
-    progress : callable or None
+    progress : callable
         Called with (stage, done, total) after each frame.
 
     Returns
@@ -110,8 +110,7 @@ def watch(
     walk = _Walk(scene, calibration, frames, looks.watcher, workers)
     for look in looks.ahead() if workers > 1 else looks.one_by_one():
         walk.take(look)
-        if progress is not None:
-            progress("photographs", look.frame + 1, len(frames))
+        progress("photographs", look.frame + 1, len(frames))
     return walk.record({**looks.texture, **looks.noise})
 
 
