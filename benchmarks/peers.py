@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-import piv_figures as figures
 from piv_cases import SEED, Case, Metrics, all_cases, make_pair, score
 
 ADAPTORS = Path(__file__).resolve().parent / "peers"
@@ -326,9 +325,7 @@ def main(arguments: list[str] | None = None) -> int:
     write_pairs(cases, work / "pairs", given.seed)
     pythons = (given.python, given.python313)
     outcomes = measure_all(peers, cases, work, given.rounds, given.seed, pythons)
-    rows = write_tables(outcomes, given.out)
-    figures.save(figures.draw_peers(rows), given.out / "peers")
-    print_table(rows)
+    print_table(write_tables(outcomes, given.out))
     return 0
 
 

@@ -1,71 +1,24 @@
-"""Figures of the correlation's speed against error."""
+"""Figures of the correlation's errors: beside a shear band, and of sinusoids."""
 
+import io
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image
 
-from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION, save, style
+from study_model_figures import BLUE, GREEN, GREY, ORANGE, VERMILION, style
 
-__all__ = ["draw_band", "draw_settings", "draw_star", "save"]
-
-ORDERS = {0: (VERMILION, "o", "translation"), 1: (BLUE, "s", "affine"), 2: (GREEN, "^", "second order")}
-LABELS = {
-    "sun-dic": (0, 7, "center"),
-    "al-dic-admm": (0, -13, "center"),
-    "geopyv-dev": (4, -13, "left"),
-    "al-dic-local": (7, 3, "left"),
-}
-"""Where the names of programs stand beside their marks, points."""
-PANELS = (
-    ("shift 0.25 noise 3", "rmse_px", "translation, noise 3: rmse, px"),
-    ("affine", "rmse_px", "2 % stretch, 3 % shear, 1.5 degrees: rmse, px"),
-    ("band 4 px tanh noise 3", "near_rmse_px", "closer than half a subset to a band of 4 px: rmse, px"),
-    ("star", "star_period_px", "period measured at 90 %, px"),
-)
+COLOURS = 64
 
 
-def draw_settings(rows: Sequence[dict[str, Any]]) -> Figure:
-    """Error against points a second, by subset, order, spline and shape."""
-    with style():
-        figure = Figure(figsize=(9.2, 7.0), layout="constrained")
-        for ax, (case, column, title) in zip(figure.subplots(2, 2).flat, PANELS, strict=True):
-            some = [r for r in rows if r["case"] == case and r["workers"] == 1 and r["step_px"] == 16]
-            _settings_panel(ax, some, column)
-            ax.set_title(title)
-            ax.set_xlabel("thousand points a second, one thread")
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
-        return figure
-
-
-def _settings_panel(ax: Axes, rows: Sequence[dict[str, Any]], column: str) -> None:
-    for order, (colour, marker, name) in ORDERS.items():
-        line = [r for r in rows if r["order"] == order and r["spline"] == 5 and r["shape"] == "fixed"]
-        _line(ax, line, column, color=colour, marker=marker, label=f"{name}, as given")
-    cubic = [r for r in rows if r["spline"] == 3]
-    _line(ax, cubic, column, color=GREY, marker="x", linestyle=":", label="affine, cubic spline")
-    adaptive = [r for r in rows if r["shape"] == "adaptive"]
-    _line(ax, adaptive, column, color=ORANGE, marker="D", label="adaptive")
-    for row in adaptive:
-        if row["subset"] == 31 and np.isfinite(row[column]):
-            spot = row["points_s"] / 1e3, row[column]
-            ax.plot(*spot, "o", color=BLACK, markersize=9, fillstyle="none")
-            ax.annotate("default", spot, (7, 7), textcoords="offset points", fontsize=8)
-    ax.set_yscale("log")
-    ax.set_xlim(left=0)
-
-
-def _line(ax: Axes, rows: Sequence[dict[str, Any]], column: str, **options: Any) -> None:
-    rows = [r for r in rows if np.isfinite(r[column])]
-    ax.plot([r["points_s"] / 1e3 for r in rows], [r[column] for r in rows], **options)
-    for row in rows:
-        if options["marker"] == "s":
-            look = {"fontsize": 7, "color": options["color"], "ha": "center"}
-            spot = row["points_s"] / 1e3, row[column]
-            ax.annotate(f"{row['subset']}", spot, (0, -11), textcoords="offset points", **look)
+def save(figure: Figure, stem: Path) -> None:
+    """Write stem.png with a palette: the same picture in a third of the bytes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    Image.open(buffer).convert("RGB").quantize(COLOURS).save(stem.with_suffix(".png"), optimize=True)
 
 
 def draw_band(profiles: Sequence[dict[str, Any]]) -> Figure:
@@ -113,36 +66,3 @@ def draw_star(profiles: Sequence[dict[str, Any]]) -> Figure:
         ax.set_ylim(-0.1, 1.05)
         ax.legend(frameon=False, loc="lower right")
         return figure
-
-
-def draw_peers(rows: Sequence[dict[str, str]]) -> Figure:
-    """Speed against error of several programs: near a band, under translation, at low contrast."""
-    panels = (
-        ("near_4", "beside a band of 4 px: rmse, px"),
-        ("bias_0", "greatest bias of a translation, px"),
-        ("star_90", "period measured at 90 %, px"),
-    )
-    with style():
-        figure = Figure(figsize=(10.5, 3.8), layout="constrained")
-        for ax, (column, title) in zip(figure.subplots(1, 3), panels, strict=True):
-            for row in rows:
-                _peer(ax, row, column)
-            ax.set_xscale("log")
-            ax.set_yscale("log")
-            ax.set_title(title)
-            ax.set_xlabel("points a second (translation), one core")
-            ax.set_xlim(1e3, 2e5)
-            ax.margins(y=0.12)
-        return figure
-
-
-def _peer(ax: Axes, row: dict[str, str], column: str) -> None:
-    try:
-        spot = float(row["points_s"]), float(row[column])
-    except ValueError:  # a dash: not measured
-        return
-    ours = row["package"] == "ploughval"
-    ax.plot(*spot, "D" if ours else "o", color=ORANGE if ours else BLUE, markersize=7 if ours else 5)
-    x, y, side = LABELS.get(row["package"], (7, -3, "left"))
-    look = {"fontsize": 8, "fontweight": "bold" if ours else "normal", "ha": side}
-    ax.annotate(row["package"], spot, (x, y), textcoords="offset points", **look)
