@@ -2,7 +2,8 @@
 
 A tolerance sets the increment. force_history() marches once with it, as with any fixed increment; simulate()
 marches with twice that too, states the difference as its error, and halves the increment while that is too
-large (in none of these sands).
+large (in none of these sands). model-settings.csv holds one sand by every setting, and the paper's own search
+over the nodes of the surface.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from model_settings import SETTING_COLUMNS, setting_rows
 from ploughval.model import force_history, simulate, simulate_many
 from ploughval.model.mechanism import initial_force
 from ploughval.scene import Scene
@@ -228,8 +230,17 @@ def main(arguments: list[str] | None = None) -> Path:
     """Print the tables and write them as CSV; returns the folder's first file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("reports/speed-error"), help="folder of the table")
-    out = parser.parse_args(arguments).out
+    parser.add_argument("--settings", action="store_true", help="model-settings.csv alone")
+    parser.add_argument("--quick", action="store_true", help="without the slow searches over nodes")
+    options = parser.parse_args(arguments)
+    out = options.out
     out.mkdir(parents=True, exist_ok=True)
+    rows = setting_rows(quick=options.quick)
+    for row in rows:
+        print("  ".join(f"{cell!s:>16}" for cell in row.values()))
+    write(out / "model-settings.csv", SETTING_COLUMNS, rows)
+    if options.settings:
+        return out / "model-settings.csv"
     travel = TRAVEL_DEPTHS * DEPTH_MM
     limits = {
         name: Run(*force_history(scene_of(soil), displacement_mm=travel, tolerance=FINEST))
