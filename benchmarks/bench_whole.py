@@ -14,9 +14,11 @@ from pathlib import Path
 from ploughval import process
 from ploughval.axes import Direction
 from ploughval.run.results import results_of
-from ploughval.synth import EXAMPLE, make_folder
+from ploughval.synth import EXAMPLE, SynthOptions, make_folder
 from sequence_errors import errors_of
 from sequence_rows import Row, missed, side_by_side
+
+QUICK = replace(EXAMPLE, frames=10, mm_per_px=0.5)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -27,17 +29,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("reports/speed-error"))
     parser.add_argument("--folder", type=Path, nargs="*", help="processed folders made by synth")
     parser.add_argument("--seeds", type=int, nargs="*", default=[5, 6])
+    parser.add_argument("--quick", action="store_true", help="one small folder")
     options = parser.parse_args(arguments)
+    seeds, directions = ([5], [Direction.RIGHT]) if options.quick else (options.seeds, list(Direction))
     tables = {}
     if options.folder:
         for folder in options.folder:
             tables[folder.resolve().name] = errors_of(folder, results_of(folder))
     else:
         with tempfile.TemporaryDirectory() as scratch:
-            for seed in options.seeds:
-                for direction in Direction:
+            for seed in seeds:
+                for direction in directions:
                     name = f"seed {seed} {direction.value}"
-                    tables[name] = _made(Path(scratch) / name, seed, direction)
+                    recipe = replace(QUICK if options.quick else EXAMPLE, seed=seed, direction=direction)
+                    tables[name] = _made(Path(scratch) / name, recipe)
     table = side_by_side(tables)
     print(table.to_string(float_format=lambda v: f"{v:.4g}"))
     for name, rows in tables.items():
@@ -47,8 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table.to_csv(options.out / "whole.csv", float_format="%.5g", index_label="quantity")
 
 
-def _made(folder: Path, seed: int, direction: Direction) -> list[Row]:
-    make_folder(folder, replace(EXAMPLE, seed=seed, direction=direction))
+def _made(folder: Path, recipe: SynthOptions) -> list[Row]:
+    make_folder(folder, recipe)
     start = time.perf_counter()
     outcome = process(folder, workers=2)
     seconds = time.perf_counter() - start
