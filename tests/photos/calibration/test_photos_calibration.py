@@ -89,12 +89,23 @@ def test_mapping_there_and_back_is_exact_for_any_shape(calibrated):
         np.testing.assert_allclose(back, px, atol=1e-9)
 
 
+def test_four_points_are_said_to_hide_a_slip_and_five_are_not(calibrated):
+    # any four places fit some camera: 10 mm typed wrong leave no residual
+    corners = np.array([[0.0, 0.0], [120.0, 0.0], [120.0, 80.0], [0.0, 80.0], [60.0, 40.0]])
+    four, five = (points_of(WORLD_TO_PX, corners[:n], noise=0.3) for n in (4, 5))
+    four[2] = [*four[2][:2], four[2][2] + 10.0, four[2][3]]
+    found = calibrated(control_points=four)
+    assert found.residual_px < 1e-6
+    assert any("cannot be noticed" in text for text in found.warnings)
+    assert not any("cannot be noticed" in text for text in calibrated(control_points=five).warnings)
+
+
 def test_four_points_nearly_on_a_line_are_said_to_tell_the_scale_poorly(calibrated, caplog):
     line = np.array([[0.0, 10.0], [60.0, 18.0], [120.0, 10.0], [90.0, 8.0]])
     cal = calibrated(control_points=points_of(WORLD_TO_PX, line))
     assert cal.scale_std > 0.02
-    assert "% only: spread the points" in cal.warnings[0]
-    assert cal.warnings[0] in caplog.text
+    (poor,) = (text for text in cal.warnings if "% only: spread the points" in text)
+    assert poor in caplog.text
     assert calibrated(control_points=points_of(WORLD_TO_PX, noise=0.3)).warnings == ()
 
 

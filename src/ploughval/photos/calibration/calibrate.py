@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 _POOR_PX = 2.0
 _POOR_SCALE = 0.01
 _ASKEW = np.radians(0.1)
+_LEAST_POINTS = 4  # that a homography needs
 
 
 def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
@@ -145,6 +146,12 @@ def _by_points(camera: Camera, frames: FrameSeries) -> Calibration:
         points = replace(points, px=points.px - centre_offset_px(fit.model, points.mm, radius_px))
         fit = fit_camera(points, camera.window)
     calibration = _from_fit(fit, points, kind, camera)
+    if len(points.px) == _LEAST_POINTS:
+        text = (
+            "four control points fit any camera: one that is mistyped or misread cannot be noticed, and no "
+            "uncertainty holds it. Give at least six"
+        )
+        calibration = replace(calibration, warnings=(*calibration.warnings, text))
     if "direction" in camera.model_fields_set and camera.direction != calibration.direction:
         raise CalibrationError(
             f"the control points say that the blade travels to the {calibration.direction}, but direction is "
