@@ -19,6 +19,7 @@ from ploughval.report.chapters import (
 )
 from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
+from ploughval.report.good_practice import good_practice_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.mound import mound_chapter
 from ploughval.report.photographs import open_photographs
@@ -95,6 +96,7 @@ def single_page(results: Results) -> str:
         soil_fit_chapter(results, pen),
         load_cells_chapter(results, pen),
         calibration_chapter(results, pen),
+        good_practice_chapter(results),
         quality_chapter(results, pen),
         provenance_chapter(results),
     )

@@ -78,4 +78,7 @@ _WORDS = {
     "note",
     "parameter",
     "map",
+    "group",
+    "item",
+    "text",
 }

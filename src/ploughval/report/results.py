@@ -18,6 +18,7 @@ from ploughval.axes import (
     INCREMENT_COLUMNS,
     LAYER_COLUMNS,
     MODEL_FORCE_COLUMNS,
+    PRACTICE_COLUMNS,
     SURFACE_COLUMNS,
     VOLUME_COLUMNS,
 )
@@ -191,6 +192,7 @@ class Results:
     mobilised: pd.DataFrame | None
     blade: pd.DataFrame | None
     peaks: pd.DataFrame | None
+    practice: pd.DataFrame | None
     model_force: pd.DataFrame | None
     model_layers: pd.DataFrame | None
     model_bands: pd.DataFrame | None
@@ -294,6 +296,7 @@ def read_results(folder: Path | str) -> Results:
         mobilised=read_table(folder / "mobilised.csv", MOBILISED_COLUMNS),
         blade=read_table(folder / "blade.csv", BLADE_COLUMNS),
         peaks=read_table(folder / "peaks.csv", PEAK_COLUMNS),
+        practice=read_table(folder / "good_practice.csv", PRACTICE_COLUMNS),
         model_force=_horizontal(
             read_table(folder / "model" / "force.csv", MODEL_FORCE_COLUMNS), run.settings
         ),

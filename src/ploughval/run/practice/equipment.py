@@ -135,7 +135,7 @@ def _field(camera: Camera, frames: FrameSeries, calibration: Calibration) -> lis
 
 def _scale(calibration: Calibration) -> list[Row]:
     std = calibration.mm_per_px * calibration.scale_std
-    how = f"at the tip; {calibration.method}"
+    how = f"at the tip, by {calibration.method}"
     doubt = "" if std > 0 else "; its uncertainty is not told: add mm_per_px_std to [camera]"
     source = Source.MEASURED if len(calibration.points) else Source.SETTING
     rows = [Row(CAMERA, "Scale", source, calibration.mm_per_px, std or NAN, "mm/px", note=how + doubt)]
@@ -229,7 +229,7 @@ def _grains(scene: Scene, pattern: Pattern, mm_per_px: float) -> list[Row]:
         Row(PATTERN, "Grain size", Source.MEASURED, size, std, "px", note=how + _advice(scene, size)),
         Row(PATTERN, "Grain size in the sand", Source.MEASURED, size * mm_per_px, std * mm_per_px, "mm",
             note=scale_note),
-        Row(PATTERN, "Grain size along the rows over down the columns", Source.MEASURED, wide, unit="1",
+        Row(PATTERN, "Grain size, across over down", Source.MEASURED, wide, unit="1",
             note="" if 0.8 < wide < 1.25 else "far from 1: light from one side, motion blur, or compression"),
         Row(PATTERN, "Grains across a subset", Source.MEASURED, across, across * std / size, "1",
             note="" if across >= LEAST_ACROSS else "fewer than 3: few grains tell one subset from another"),

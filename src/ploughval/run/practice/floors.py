@@ -11,7 +11,7 @@ from ploughval.loadcells import ForceResult
 from ploughval.piv.strain import SHEAR_FLOORS, StrainMeasure, gauge_px, max_shear, strain_field
 from ploughval.run.findings import Findings
 from ploughval.run.practice.rest import Rest, off_line, rest_of, spread
-from ploughval.run.practice.rows import NAN, Group, Row, Source, untold
+from ploughval.run.practice.rows import NAN, Group, Row, Source, plain, untold
 from ploughval.scene import Scene, Step
 
 Floats = NDArray[np.float64]
@@ -95,13 +95,13 @@ def _displacement(scene: Scene, tracks: xr.Dataset, rest: Rest | None, found: Fi
     for axis, item in enumerate(items):
         value = float(np.median([spread(s.moved[:, axis]) for s in still]))
         std = _MAD_LOSS * value * np.sqrt(_SHARED / (2 * count))
-        note = f"{value / scale:.2g} px; {where}"
+        note = f"{plain(value / scale)} px; {where}"
         rows.append(Row(FLOORS, item, Source.MEASURED, value, std, "mm", predicted=predicted, note=note))
     for axis, item in enumerate(items):
         middles = np.array([np.median(s.moved[:, axis]) for s in still])
         value = float(np.median(middles))
         std = 1.25 * float(np.median([spread(s.moved[:, axis]) for s in still])) * np.sqrt(_SHARED / count)
-        note = f"{value / scale:.2g} px: bias, and whatever the sand itself has moved"
+        note = f"{plain(value / scale)} px: bias, and whatever the sand itself has moved"
         mean = f"Mean motion of sand at rest, {item.removeprefix('Displacement ')}"
         rows.append(Row(FLOORS, mean, Source.MEASURED, value, std, "mm", note=note))
     return rows
@@ -273,7 +273,7 @@ def _force(force: ForceResult) -> list[Row]:
     rows = []
     if still.size >= LEAST_POINTS:
         value = float(np.std(still, ddof=1))
-        note = f"{still.size} samples before motion; mean {np.mean(still):.2g} N"
+        note = f"{still.size} samples before motion; mean {plain(float(np.mean(still)))} N"
         rows.append(
             Row(FLOORS, "Force, one sample", Source.MEASURED, value, value / np.sqrt(2 * still.size), "N",
                 predicted=force.noise_std_N, note=note)

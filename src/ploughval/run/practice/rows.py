@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
 import pandas as pd
 
 from ploughval.axes import PRACTICE_COLUMNS
@@ -56,6 +57,15 @@ class Row:
     text: str = ""
     predicted: float = NAN
     note: str = ""
+
+
+def plain(value: float, digits: int = 2) -> str:
+    """A number in words, without powers of ten.
+
+    >>> plain(-3.14e-05), plain(0.527)
+    ('-0.000031', '0.53')
+    """
+    return np.format_float_positional(value, digits, unique=False, fractional=False, trim="-")
 
 
 def untold(group: Group, item: str, remedy: str, unit: str = "") -> Row:

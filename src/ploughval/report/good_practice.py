@@ -1,0 +1,125 @@
+"""The chapter of what good practice asks to tell of photographs and correlation, from good_practice.csv."""
+
+import math
+import re
+from collections.abc import Hashable, Mapping, Sequence
+
+import pandas as pd
+
+from ploughval.report.blocks import Cell, Chapter, Table
+from ploughval.report.results import Results
+from ploughval.report.text import MISSING, brief, number, with_std
+from ploughval.report.text import unit as unit_text
+
+_FLOORS = "noise floors"
+_TITLES = {
+    "camera and photographs": "Camera and photographs",
+    "pattern": "Pattern",
+    "correlation": "Correlation",
+    "strain": "Strain",
+}
+_FOLDED = ("Camera and photographs", "Correlation", "Strain")
+_SOURCES = {"exif": "EXIF"}
+_UNTOLD = "not told"
+_LARGE = 2.0  # measured over predicted
+_SHORT_S = 0.5  # exposures below are told as photographers do
+
+
+def good_practice_chapter(results: Results) -> Chapter | None:
+    """Noise floors, then what was photographed with what, and how it was correlated."""
+    table = results.practice
+    if table is None or table.empty:
+        return None
+    floors = table[table["group"] == _FLOORS]
+    tables = [_floors(floors)] if len(floors) else []
+    for group, title in _TITLES.items():
+        rows = table[table["group"] == group]
+        if len(rows):
+            tables.append(_told(title, rows))
+    missing = int((table["source"] == _UNTOLD).sum())
+    lead = (
+        "What a report on digital image correlation should tell (Jones & Iadicola 2018, A Good Practices "
+        "Guide for Digital Image Correlation, doi 10.32720/idics/gpg.ed1)."
+    )
+    notes = [_missing(missing)] if missing else []
+    return Chapter("good-practice", "Good practice", lead=lead, tables=tables, notes=notes)
+
+
+def _missing(count: int) -> str:
+    if count == 1:
+        return "One value is not known; its row says how it can be told or had."
+    return f"{count} values are not known; their rows say how they can be told or had."
+
+
+def _told(title: str, rows: pd.DataFrame) -> Table:
+    """A table of what, value, where it comes from and how it was had."""
+    cells = [
+        [Cell(row["item"]), value_text(row), Cell(_source(row["source"])), Cell(_sentence(row["note"]))]
+        for row in rows.to_dict("records")
+    ]
+    head = ("What", "Value", "From", "Remarks")
+    return Table(title, head, cells, kind="cards", folded=title in _FOLDED)
+
+
+def _source(name: str) -> str:
+    return _SOURCES.get(name, name)
+
+
+def value_text(row: Mapping[Hashable, object], digits: int = 4) -> Cell:
+    """A value with its unit, words, or a dash; so many digits where no uncertainty says how many."""
+    text, value, std = str(row["text"]), _number(row["value"]), _number(row["std"])
+    if text or value is None:
+        return Cell(text or MISSING)
+    unit = str(row["unit"])
+    if unit == "f-number":
+        return Cell(f"f/{brief(value, 3)}", value)
+    if unit == "ISO":
+        return Cell(f"ISO {brief(value, 5)}", value)
+    said = number(value, digits) if std is None and digits < 4 else with_std(value, std)
+    if unit == "s" and row["item"] == "Exposure" and value < _SHORT_S:
+        said = f"1/{brief(1 / value, 3)}"
+    shown = unit_text(unit)
+    gap = "" if shown in ("°", "") else "\u00a0"
+    bracket = "±" in said and shown
+    return Cell(f"({said}){gap}{shown}" if bracket else f"{said}{gap}{shown}", value, std=std)
+
+
+def _floors(rows: pd.DataFrame) -> Table:
+    """A table of noise: what was measured, what was predicted, and their ratio."""
+    cells = [_floor(row) for row in rows.to_dict("records")]
+    head = ("Quantity", "Measured", "Predicted", "Measured / predicted", "Remarks")
+    footnotes: Sequence[str] = (
+        "Measured: standard deviation of what should not move. Predicted: what the stated standard "
+        "uncertainties say of it. A ratio far above 1 means that these are too small; below 1, that they "
+        "hold errors which what rests does not show.",
+    )
+    return Table("Noise floors", head, cells, kind="cards", footnotes=footnotes)
+
+
+def _floor(row: Mapping[Hashable, object]) -> list[Cell]:
+    value, predicted = _number(row["value"]), _number(row["predicted"])
+    unit = unit_text(str(row["unit"]))
+    gap = "" if unit in ("°", "") else "\u00a0"
+    stated = Cell(MISSING) if predicted is None else Cell(f"{number(predicted, 2)}{gap}{unit}", predicted)
+    ratio = Cell(MISSING)
+    if value is not None and predicted:
+        share = value / predicted
+        ratio = Cell(number(share, 2), share, mark="differs" if share > _LARGE else "")
+    return [Cell(str(row["item"])), value_text(row, 2), stated, ratio, Cell(_sentence(str(row["note"])))]
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
+
+
+def _sentence(text: str) -> str:
+    """A remark that begins with a capital letter; a number or a file's name is left as it is."""
+    text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
+    first = text[:1]
+    return text if not first.isalpha() or _is_name(text) else first.upper() + text[1:]
+
+
+def _is_name(text: str) -> bool:
+    """Whether a text begins with a key of the settings or a file's name."""
+    word = text.split(maxsplit=1)[0].rstrip(";,")
+    return "." in word.rstrip(".") or "_" in word or "/" in word
