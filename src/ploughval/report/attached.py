@@ -13,12 +13,13 @@ from ploughval.report.figures.force import thin
 from ploughval.report.results import MetricEntry, Results
 
 MOST_BYTES = 100_000  # of a table on the page; a longer one stays in the result folder
-# Curves that are drawn thinned go with the page as they are drawn: what they are thinned by, what is kept.
-_CURVES = {
-    "force.csv": ("force_N", ("time_s", "u_mm", "force_N", "force_std_N", "arm_mm", "arm_std_mm", "status")),
-    "mobilised_curve.csv": (
-        "phi_deg",
-        ("band", "u_mm", "slip_mm", "slip_std_mm", "phi_deg", "phi_std_deg", "beta_deg", "force_N"),
+# Long tables go with the page as they are drawn: the curve that they are thinned by, the columns kept.
+_DRAWN: dict[str, tuple[str, tuple[str, ...]]] = {
+    "force.csv": ("force_N", ("u_mm", "force_N", "force_std_N", "arm_mm", "arm_std_mm")),
+    "mobilised_curve.csv": ("phi_deg", ("band", "u_mm", "slip_mm", "phi_deg", "phi_std_deg")),
+    "layer_distances.csv": (
+        "",
+        ("frame", "u_mm", "layer", "source", "points", "mean_mm", "rms_mm", "validation_std_mm"),
     ),
     "fit_force.csv": ("force_N", ()),
 }
@@ -78,22 +79,24 @@ def _attached(results: Results, name: str) -> Attached | None:
     path = results.folder / name
     if path.suffix != ".csv" or not path.is_file():
         return None
-    if name not in _CURVES and path.stat().st_size > MOST_BYTES:
+    if name not in _DRAWN and path.stat().st_size > MOST_BYTES:
         return None
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = list(csv.reader(file)) or [[]]
     note = ""
-    if name in _CURVES and path.stat().st_size > MOST_BYTES / 4:
+    if name in _DRAWN and path.stat().st_size > MOST_BYTES / 4:
         head, rows, note = _as_drawn(name, head, rows)
     return Attached(name.replace("/", "-"), csv_text([head, *rows]), note)
 
 
 def _as_drawn(name: str, head: list[str], rows: list[list[str]]) -> tuple[list[str], list[list[str]], str]:
-    """The rows of a curve that its figure is drawn through, and the columns that it shows."""
-    column, columns = _CURVES[name]
+    """The rows that a figure is drawn through, and the columns that it shows."""
+    curve, columns = _DRAWN[name]
     kept = [place for place, title in enumerate(head) if not columns or title in columns]
-    values = pd.to_numeric(pd.Series([row[head.index(column)] for row in rows]), errors="coerce")
-    shown = thin(pd.DataFrame({column: values}), column).index
+    shown = range(len(rows))
+    if curve in head:
+        values = pd.to_numeric(pd.Series([row[head.index(curve)] for row in rows]), errors="coerce")
+        shown = thin(pd.DataFrame({curve: values}), curve).index
     some = [[rows[row][place] for place in kept] for row in shown]
     said = f"{len(some)} of {len(rows)} rows" if len(some) < len(rows) else "the columns that are drawn"
     return [head[place] for place in kept], some, f"{name}: {said}; all of it is in the result folder."

@@ -104,7 +104,7 @@ def short_chapter(results: Results) -> Chapter | None:
     chosen = [name for name in _SHORT if name in found and found[name].agrees is not None]
     others = [name for name, metric in found.items() if metric.agrees is False and name not in chosen]
     others.sort(key=lambda name: -abs(_ratio(found[name]) or 0.0))
-    rows = [_row(name, found[name], [])[: len(SHORT_HEAD)] for name in (*chosen, *others[:_WORST])]
+    rows = [_short_row(name, found[name]) for name in (*chosen, *others[:_WORST])]
     if not rows:
         return None
     lead = (
@@ -240,10 +240,16 @@ def _row(name: str, metric: MetricEntry, notes: list[str]) -> list[Cell]:
         pair_cell(metric.model, metric.model_std),
         Cell(number(metric.error, 3), metric.error),
         Cell(number(twice, 3), twice),
-        Cell(word, mark=mark, ratio=_ratio(metric)),
+        Cell(word, mark=mark),
         Cell(_mostly(metric)),
         Cell(_letter(notes.index(metric.note)) if metric.note in notes else ""),
     ]
+
+
+def _short_row(name: str, metric: MetricEntry) -> list[Cell]:
+    """A row of :data:`SHORT_HEAD`; the answer has a picture of the error beside it."""
+    *values, answer = _row(name, metric, [])[: len(SHORT_HEAD)]
+    return [*values, Cell(answer.text, mark=answer.mark, ratio=_ratio(metric))]
 
 
 def _letter(place: int) -> str:

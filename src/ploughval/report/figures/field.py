@@ -86,7 +86,7 @@ def field_figure(
 
 def _arrows(axes: Axes, position: Points, rate: Points, size: NDArray[np.float64]) -> None:
     moving = np.flatnonzero(size > 0.2)
-    chosen = moving[:: max(1, len(moving) // MOST_ARROWS)]
+    chosen = moving[:: max(1, -(-len(moving) // MOST_ARROWS))]
     if len(chosen):
         axes.quiver(
             position[chosen, 0], position[chosen, 1], rate[chosen, 0], rate[chosen, 1],

@@ -20,7 +20,7 @@ from ploughval.report.figures.style import (
     styled,
 )
 
-MOST_POINTS = 1500
+MOST_POINTS = 1000
 
 
 def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:

@@ -48,6 +48,7 @@ SERIES = (MEASURED, MODEL, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 WIDTH_IN = 6.4
 _PHOTOGRAPH_PIXELS = 40_000  # opaque pictures from this size on are photographs
 _PALETTE_BYTES = 10_000
+_QUALITY = 70  # of JPEG: grains stay grains
 STAGE_WIDTH_IN = 5.4  # two stand side by side on a wide page
 _RC: Any = {
     "font.size": 10,
@@ -211,7 +212,7 @@ def _lighter(found: re.Match[str]) -> str:
     opaque = picture.getchannel("A").getextrema() == (255, 255)
     buffer = io.BytesIO()
     if opaque and picture.width * picture.height >= _PHOTOGRAPH_PIXELS:
-        picture.convert("RGB").save(buffer, format="JPEG", quality=82, optimize=True)
+        picture.convert("RGB").save(buffer, format="JPEG", quality=_QUALITY, optimize=True)
         return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode()
     if len(data) > _PALETTE_BYTES:
         picture.quantize(256, method=Image.Quantize.FASTOCTREE).save(buffer, format="PNG", optimize=True)

@@ -22,7 +22,7 @@ if (chapters && "IntersectionObserver" in window) {
 
 // Only what scrolls needs a stop for the keyboard.
 function stops() {
-  for (const part of document.querySelectorAll(".scroll")) {
+  for (const part of document.querySelectorAll(".scroll, figure")) {
     if (!part.offsetParent) continue;
     if (part.scrollWidth > part.clientWidth + 1) part.tabIndex = 0;
     else part.removeAttribute("tabindex");
