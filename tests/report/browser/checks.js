@@ -99,3 +99,13 @@ window.checks = {
   },
 };
 document.addEventListener("securitypolicyviolation", (e) => checks.violations.push(e.violatedDirective));
+
+// What a reader of a drawing reads off it: numbers and places of texts, and the corners of paths.
+checks.number = (text) => (/^[-\u2212]?[\d.]+$/.test(text.trim()) ? Number(text.trim().replace("\u2212", "-")) : null);
+
+checks.texts = (svg, selector = "text") => [...svg.querySelectorAll(selector)].map((e) => ({
+  value: checks.number(e.textContent), x: +e.getAttribute("x"), y: +e.getAttribute("y"), anchor: e.getAttribute("text-anchor"),
+}));
+
+checks.paths = (svg, selector) => [...svg.querySelectorAll(selector)].flatMap((path) =>
+  path.getAttribute("d").split("M").filter(Boolean).map((piece) => piece.replace("z", "").split("L").map((p) => p.trim().split(/[ ,]+/).map(Number))));

@@ -143,37 +143,55 @@ def hostile():
     return HOSTILE
 
 
-@pytest.fixture
-def visit(chromium):
-    """Opens a page of this machine; the test fails where the page says, asks for or violates anything."""
-    contexts, troubles = [], []
+class Visits:
+    """Opens pages of this machine and hears what each says, asks for or violates."""
 
-    def open_page(path, *, width=1200, height=900, javascript=True, scheme="light", **options):
-        context = chromium.new_context(
+    def __init__(self, chromium):
+        self._chromium, self._contexts, self._troubles = chromium, [], []
+
+    def __call__(self, path, *, width=1200, height=900, javascript=True, scheme="light", **options):
+        context = self._chromium.new_context(
             viewport={"width": width, "height": height},
             java_script_enabled=javascript,
             color_scheme=scheme,
             offline=True,
             **options,
         )
-        contexts.append(context)
+        self._contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(10_000)
         page.add_init_script(path=CHECKS)
         address = Path(path).resolve().as_uri()
-        page.on("console", lambda message: troubles.append(f"console: {message.text}"))
-        page.on("pageerror", lambda error: troubles.append(f"error: {error}"))
-        page.on("request", lambda request: _judge(request.url, address, troubles))
+        page.on("console", lambda message: self._troubles.append(f"console: {message.text}"))
+        page.on("pageerror", lambda error: self._troubles.append(f"error: {error}"))
+        page.on("request", lambda request: _judge(request.url, address, self._troubles))
         page.goto(address)
         return page
 
-    yield open_page
-    for context in contexts:
-        for page in context.pages:
-            troubles += page.evaluate("window.checks ? checks.violations.map((v) => 'policy: ' + v) : []")
-            troubles += page.evaluate("window.__hit ? ['a text ran as a script: ' + window.__hit] : []")
-        context.close()
-    assert troubles == []
+    def end(self):
+        """Close all pages; what went wrong on any of them."""
+        for context in self._contexts:
+            for page in context.pages:
+                self._troubles += page.evaluate("window.checks ? checks.violations : []")
+                self._troubles += page.evaluate("window.__hit ? ['a text ran: ' + window.__hit] : []")
+            context.close()
+        return self._troubles
+
+
+@pytest.fixture
+def visit(chromium):
+    """Opens a page; the test fails where the page says, asks for or violates anything."""
+    visits = Visits(chromium)
+    yield visits
+    assert visits.end() == []
+
+
+@pytest.fixture(scope="module")
+def one_page(chromium, pages):
+    """The page of one test, open for all tests of a module, each of which sets what it needs."""
+    visits = Visits(chromium)
+    yield visits(pages.one)
+    assert visits.end() == []
 
 
 def _judge(url, address, troubles):
