@@ -18,6 +18,17 @@ LONE_PX, LONE_SPREADS = 2.0, 8.0
 """So is a single frame off by so many pixels and so many robust standard deviations of the others."""
 
 
+def lean_doubt(inclination_deg: float) -> str:
+    """What a blade that leans does to what is read from photographs; empty for an upright one."""
+    if inclination_deg == 0:
+        return ""
+    way = "ahead, over the sand" if inclination_deg > 0 else "back"
+    return (
+        f"the blade leans {abs(inclination_deg):g} degrees {way}, but in the photographs an upright face is "
+        "looked for: blade, sand beside it, surface at the face, heap and bands are read less well"
+    )
+
+
 def doubts(displacement: Displacement, blade_x_mm: Floats, mm_per_px: float, travel_mm: float) -> list[str]:
     """What is to be doubted about times, scale and displacement.
 

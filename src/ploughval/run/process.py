@@ -19,7 +19,7 @@ from ploughval.model import History, simulate
 from ploughval.photos import calibrate, open_frames
 from ploughval.run import provenance, store, tables
 from ploughval.run.clock import frame_displacement
-from ploughval.run.doubts import doubts, heap_doubts, outside_log
+from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.first_frame import first_frame
 from ploughval.run.results import forget, refuse_inputs, write_results
@@ -181,6 +181,7 @@ class _Run:
         found = self.found
         assert found.frames is not None
         found.warnings += found.frames.notes
+        found.warnings += filter(None, [lean_doubt(self.scene.blade.inclination_deg)])
         found.warnings += () if found.calibration is None else found.calibration.warnings
         found.faults += [
             f"photograph {name}: it has a time but is not there" for name in found.frames.missing

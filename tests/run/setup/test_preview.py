@@ -240,3 +240,30 @@ def test_findings_are_plain_texts_for_json(folder):
         row = finding.to_json()
         assert set(row) == {"level", "file", "place", "value", "expected", "remedy"}
         assert all(isinstance(value, str) for value in row.values())
+
+
+def lean_findings(found):
+    return [f for f in found.findings if f.fault.place == "blade.inclination_deg"]
+
+
+def test_a_blade_that_leans_is_told_once_where_photographs_are_read(folder):
+    edit(folder, ("thickness_mm = 5.0", "thickness_mm = 5.0\ninclination_deg = 12.0"))
+    said = lean_findings(preview(folder))
+    assert len(said) == 1
+    assert said[0].level is Level.LOST
+    assert "leans 12 degrees ahead" in said[0].fault.value
+    assert "take [camera] out" in said[0].fault.remedy
+
+
+def test_a_blade_that_leans_is_no_fault_without_photographs(folder):
+    text = (folder / "test.toml").read_text()
+    start, end = text.index("[camera]"), text.index("[loadcells]")
+    text = (text[:start] + text[end:]).replace("dyed = true", "dyed = false")
+    (folder / "test.toml").write_text(
+        text.replace("depth_mm = 30.0", "depth_mm = 30.0\ninclination_deg = -5.0")
+    )
+    assert lean_findings(preview(folder)) == []
+
+
+def test_an_upright_blade_does_not_lean(folder):
+    assert lean_findings(preview(folder)) == []

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ploughval.errors import ConfigError, DataError, PloughvalError
 from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
 from ploughval.piv import Tracks, correlate
+from ploughval.run.doubts import lean_doubt
 from ploughval.run.first_frame import first_frame
 from ploughval.run.setup.check_findings import Ledger, Level
 from ploughval.run.setup.check_guesses import check_guesses
@@ -51,6 +52,8 @@ def check_photographs(settings: Settings, ledger: Ledger, lines: list[str], log:
     scene, seen.frames = _opened(scene, ledger)
     if seen.frames is None:
         return seen
+    if "blade" in settings.sound:
+        _say_lean(scene, ledger)
     _say_frames(scene, seen.frames, ledger, lines)
     _say_outside(scene, seen.frames, log, ledger)
     if "camera" in settings.sound:
@@ -82,6 +85,19 @@ def _opened(scene: Scene, ledger: Ledger) -> tuple[Scene, FrameSeries | None]:
             file = "test.toml" if isinstance(error, ConfigError) or path is None else Path(path).name
             ledger.refuse(error, file, "camera.photos", "a series of photographs that can be measured")
     return scene, None
+
+
+def _say_lean(scene: Scene, ledger: Ledger) -> None:
+    """A blade that leans: the tracers suppose an upright face."""
+    text = lean_doubt(scene.blade.inclination_deg)
+    if text:
+        remedy = (
+            "Compare the picture of this check with the photograph; where the face is not found, take "
+            "[camera] out: force and model do without it."
+        )
+        ledger.note(
+            Level.LOST, "test.toml", "blade.inclination_deg", text, "an upright blade, 0 degrees", remedy
+        )
 
 
 def _say_frames(scene: Scene, frames: FrameSeries, ledger: Ledger, lines: list[str]) -> None:
