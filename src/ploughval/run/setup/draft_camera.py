@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ploughval.photos.reading.exif import Shot
+from ploughval.run.setup.draft_equipment import equipment_text
 from ploughval.run.setup.draft_facts import Found
 from ploughval.run.setup.draft_lines import ask, offer, quoted, remark
 from ploughval.run.setup.survey_photos import Photos
@@ -28,6 +30,7 @@ def camera_text(found: Found) -> str:
         f"{_calibration(found)}"
         f"{_view(found)}"
         f"{_clock(found)}"
+        f"{equipment_text(Shot() if photos.header is None else photos.header.tags.shot)}"
     )
 
 
