@@ -323,15 +323,21 @@ def bench(
     names: Annotated[
         list[str] | None, typer.Argument(help="Which ones (model, piv, force, whole); default all.")
     ] = None,
-    out: Annotated[Path, typer.Option(help="Where tables and figures go.")] = Path("reports/speed-error"),
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Where tables and page go; default reports/speed-error, elsewhere with --quick."),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Few cases, one round: a smoke run.")] = False,
+    page: Annotated[bool, typer.Option("--page", help="Only the page, from tables that are there.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Measure speed against error and write the tables."""
+    """Measure speed against error, write the tables and their page."""
     with command(as_json) as talk:
-        from ploughval.run.benches import run_benches
+        from ploughval.run.benches import Benches, run_benches, write_bench_page
 
+        benches = Benches(tuple(names or ()), out, quick)
         with shown_progress(talk) as progress, printed_aside(talk):
-            written = run_benches(names or [], out, progress=progress)
+            written = write_bench_page(benches.folder) if page else run_benches(benches, progress=progress)
         talk.summary = {"files": [str(path) for path in written]}
         for path in written:
             talk.say(f"wrote {path}")
