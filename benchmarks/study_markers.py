@@ -17,11 +17,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from piv_figures import save
 from ploughval.photos.markers.find import find_markers
 from ploughval.photos.markers.watch import MarkerWatch
 from ploughval.synth.discs import disc_cover
 from ploughval.synth.sand import sand_texture
-from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, save, style
+from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, style
 
 Floats = NDArray[np.float64]
 PALE, CONTRAST, DISC = 180.0, 60.0, 2.4
@@ -283,7 +284,7 @@ def _examples(figure: object) -> None:
 
 
 def main() -> None:
-    """Write markers.csv, markers.png and markers.svg."""
+    """Write markers.csv and markers.png."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("reports/speed-error"))
     parser.add_argument("--pictures", type=int, default=6)

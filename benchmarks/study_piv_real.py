@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 import study_piv_real_figures as figures
+from piv_figures import save
 from ploughval.axes import Status
 from ploughval.photos.reading.decode import decode
 from ploughval.piv import Tracks, correlate
@@ -317,7 +318,7 @@ def main() -> None:
         for draw, ax, data in zip(drawers, axes, (wave, tbar, avalanche, wedge, table.honesty), strict=True):
             draw(ax, data)
         # no SVG: its photographs would make it ten times as large
-        figure.savefig(arguments.out / "piv-real.png", dpi=100)
+        save(figure, arguments.out / "piv-real")
     print("\n".join(" | ".join(row) for row in table.rows))
 
 
