@@ -1,5 +1,7 @@
 """Pictures of agreement by topic and of the force's shape hold the numbers that they are given."""
 
+import xml.etree.ElementTree as ET
+
 import matplotlib.colors as colors
 import numpy as np
 import pandas as pd
@@ -7,7 +9,7 @@ import pytest
 
 from ploughval.report import figures
 from ploughval.report.blocks import Pen
-from ploughval.report.figures.style import MEASURED, MODEL
+from ploughval.report.figures.style import MEASURED, MODEL, to_svg
 from ploughval.report.results import MetricEntry
 from ploughval.report.verdict import by_topic, named, parts, topic
 
@@ -88,3 +90,10 @@ def test_every_topic_has_its_own_picture_and_alternative_text():
     assert "Outside two of them: First peak, N" in drawings[0].caption
     assert "All are within two" in drawings[1].caption
     assert all('aria-label="' in drawing.svg for drawing in drawings)
+
+
+@pytest.mark.parametrize("name", [r"$\frac{$", "$x$ & <b>", r"\$a$", "_hidden", "two\nlines", "a$"])
+def test_names_of_metrics_are_drawn_letter_by_letter(name):
+    text = to_svg(figures.agreement_figure([name, "Force, N"], [0.5, -1.0]), "f1", "")
+    drawn = "".join(ET.fromstring(text).itertext()).replace("\u200b", "")
+    assert name.replace("\n", " ") in drawn

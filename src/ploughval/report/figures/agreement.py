@@ -8,7 +8,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.report.figures.look import narrow, small_pt
-from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, SERIES, STEEL, new_figure, styled
+from ploughval.report.figures.style import (
+    GRID,
+    INK,
+    MEASURED,
+    MODEL,
+    SERIES,
+    STEEL,
+    new_figure,
+    plain,
+    styled,
+)
 
 FARTHEST = 8.0
 _ROW_IN = 0.235
@@ -66,7 +76,7 @@ def _errors(axes: Axes, names: Sequence[str], values: NDArray[np.float64]) -> No
                 va="bottom",
                 fontsize=small_pt(),
             )
-    axes.set_yticks(rows, list(names))
+    axes.set_yticks(rows, [plain(name) for name in names])
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)
