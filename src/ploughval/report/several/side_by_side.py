@@ -11,6 +11,7 @@ from ploughval.report.text import MISSING, number
 from ploughval.report.verdict import by_topic, named, topic
 
 MOST_COLUMNS = 8  # tests side by side; more stand below each other
+MOST_OPEN = 20  # rows of a table of metrics that is not folded
 
 
 def forces_chapter(found: SeveralFindings, pen: Pen) -> Chapter | None:
@@ -73,7 +74,7 @@ def _in_columns(
         for name, metric in entries.items()
     ]
     rows = [row for row in rows if any(cell.text != MISSING for cell in row[1:])]
-    return [Table(title, ("Metric", *found.names), rows)] if rows else []
+    return [Table(title, ("Metric", *found.names), rows, folded=len(rows) > MOST_OPEN)] if rows else []
 
 
 def _in_rows(found: SeveralFindings, entries: dict[str, MetricEntry], title: str, pick: Pick) -> list[Table]:
