@@ -123,13 +123,15 @@ def by_tracker(film: Film, setting: Setting, points: Floats) -> Floats:
 
 def always_first(film: Film, setting: Setting, points: Floats) -> Floats:
     """The same where every photograph is matched with the first; a point begins at its last motion."""
-    moved, found = np.zeros_like(points), [np.column_stack([points, np.zeros(len(points))])]
+    moved: Floats | None = None
+    found = [np.column_stack([points, np.zeros(len(points))])]
     for k in range(setting.stride, len(film.images), setting.stride):
         tracks = correlate(
             film.images[0], film.images[k], points, guess=moved, mask=film.sand[0], **_how(setting)
         )
         found.append(np.column_stack([points + tracks.displacement, tracks.std[:, 0]]))
-        moved = np.where(tracks.valid[:, None], tracks.displacement, moved)
+        before = np.zeros_like(points) if moved is None else moved
+        moved = np.where(tracks.valid[:, None], tracks.displacement, before)
     return np.stack(found)
 
 
