@@ -115,4 +115,4 @@ def _choice(table: pd.DataFrame, panel: Panel, alignment: pd.DataFrame | None) -
 
 def _table(table: pd.DataFrame, caption: str, head: list[str]) -> Table:
     rows = [[value_cell(value, 4) for value in row] for row in table.itertuples(index=False, name=None)]
-    return Table(caption, head, rows)
+    return Table(caption, head[: len(table.columns)], rows)
