@@ -21,6 +21,7 @@ from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
 from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.mound import mound_chapter
+from ploughval.report.paper import paper_chapter
 from ploughval.report.quality import quality_chapter
 from ploughval.report.results import Results, read_results
 from ploughval.report.several import find_several, several_context
@@ -44,6 +45,7 @@ _FIGURED: tuple[Callable[[Results, Pen], Chapter | None], ...] = (
     load_cells_chapter,
     calibration_chapter,
     quality_chapter,
+    paper_chapter,
 )
 
 

@@ -121,7 +121,8 @@ def _drawing(
         figure,
         f"Maximum shear strain {words}, and since the start.",
         f"Frame {frame}: small strain of the increment {words} (above), logarithmic strain since u = 0 at "
-        f"the points' present places (below). Gauge {number(one.total.gauge_mm, 3)} mm, noise floors {floors}.",
+        "the points' present places (below). "
+        f"Gauge {number(one.total.gauge_mm, 3)} mm, noise floors {floors}.",
         name=f"shear-f{frame:03d}",
         data=("tracks.nc", "surface.csv", "increments.csv"),
     )

@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.differences import differences_at, distance_parts
-from ploughval.report.figures import Side, layers_figure
-from ploughval.report.figures.layers import Extent, Points, stage
+from ploughval.report.figures import Side, Stage, layers_figure
+from ploughval.report.figures.layers import Extent, Picture, Points, stage
+from ploughval.report.figures.look import pixels_across
 from ploughval.report.photographs import Photographs, open_photographs
 from ploughval.report.results import Results
 
@@ -127,26 +128,18 @@ def layers_chapter(
         return Chapter("layers", title, notes=("No stage after the blade moved has a line to show.",))
     photographs = photographs or open_photographs(results)
     extent = view(results)
-    aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
-    width = int(min(WIDEST_PX, (photo_pixels / len(frames) / aspect) ** 0.5))
-    if photographs is not None and photographs.native_width(extent):
-        width = min(width, photographs.native_width(extent))
+    width = photo_width(photographs, extent, photo_pixels // len(frames))
     drawings, unread = [], []
     differences = differences_at(results, frames)
     for frame in frames:
         picture = None if photographs is None else photographs.picture(frame, extent, width=width)
         if photographs is not None and picture is None and not photographs.missing:
             unread.append(frame)
-        u = _displacement(results, frame)
-        surface = stage(results.surface, frame)
-        above = stage(results.model_surface, frame)
-        ends = outcrops(results.bands, u, surface=surface, history=results.increments)
-        measured = Side(stage(results.layers, frame), surface, ends, picture)
-        ends = outcrops(results.model_bands, u, surface=above, history=results.model_force)
-        predicted = Side(stage(results.model_layers, frame), above, ends)
+        one = stage_at(results, frame, picture)
+        u = one.u_mm
         figure = layers_figure(
-            predicted,
-            measured,
+            one.predicted,
+            one.measured,
             u_mm=u,
             depth_mm=results.depth_mm or extent[3],
             extent=extent,
@@ -167,6 +160,34 @@ def layers_chapter(
     notes += [f"The photograph of frame {frame} is not shown: it cannot be read." for frame in unread]
     whole, tables = distance_parts(results, pen)
     return Chapter("layers", title, lead=lead, grid=drawings, drawings=whole, tables=tables, notes=notes)
+
+
+def stage_at(results: Results, frame: int, picture: Picture | None = None) -> Stage:
+    """Both sides of a frame: layers, surfaces, and where the bands that slip meet the surface."""
+    u = _displacement(results, frame)
+    surface, above = stage(results.surface, frame), stage(results.model_surface, frame)
+    ends = outcrops(results.bands, u, surface=surface, history=results.increments)
+    measured = Side(stage(results.layers, frame), surface, ends, picture)
+    ends = outcrops(results.model_bands, u, surface=above, history=results.model_force)
+    return Stage(u, Side(stage(results.model_layers, frame), above, ends), measured)
+
+
+def photo_width(photographs: Photographs | None, extent: Extent, pixels: int) -> int:
+    """Pixels across a photograph: what the page has room for, or what print can show, if the camera saw them.
+
+    Parameters
+    ----------
+    photographs : Photographs or None
+        Those of the test.
+    extent : tuple of float, mm
+        x0, x1, y0, y1: part of the world that is shown.
+    pixels : int
+        Of one photograph on the page.
+    """
+    aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
+    width = pixels_across(int(min(WIDEST_PX, (pixels / aspect) ** 0.5)))
+    native = 0 if photographs is None else photographs.native_width(extent)
+    return min(width, native) if native else width
 
 
 def outcrops(

@@ -30,6 +30,7 @@ from ploughval.report.figures.several import (
 from ploughval.report.figures.shear import shear_figure
 from ploughval.report.figures.soil import SofteningLine, mobilised_figure
 from ploughval.report.figures.soil_fit import landscape_figure, profiles_figure, soil_fit_figure
+from ploughval.report.figures.stages import Stage, stages_figure
 from ploughval.report.figures.volume import volume_figure
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "Shown",
     "Side",
     "SofteningLine",
+    "Stage",
     "agreement_figure",
     "arm_figure",
     "band_pairs_figure",
@@ -71,6 +73,7 @@ __all__ = [
     "shape_figure",
     "shear_figure",
     "soil_fit_figure",
+    "stages_figure",
     "trends_figure",
     "volume_figure",
 ]

@@ -100,22 +100,58 @@ def layers_figure(
     grid = figure.subplots(max(len(sides), 1), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (side, title) in zip(grid, sides, strict=False):
         measured_side = title == "measured"
-        _panel(
-            axes, side, title, predicted if measured_side else None, differences if measured_side else None
-        )
-        draw_blade(axes, u_mm, extent, thickness_mm, outline=side.picture is not None)
-        plain = INK if side.picture is None else ON_COLOUR
-        ink = MODEL if not measured_side else MEASURED if differences is None else plain
-        for outcrop in () if side.outcrops_mm is None else side.outcrops_mm:
-            _band(axes, outcrop, u_mm, ink, side.picture is not None)
-        axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal")
-        axes.grid(visible=False)
+        other, colours = (predicted, differences) if measured_side else (None, None)
+        draw_side(
+            axes, side, title, u_mm=u_mm, extent=extent, thickness_mm=thickness_mm, other=other,
+            differences=colours,
+        )  # fmt: skip
         axes.set_ylabel("y, mm")
     figure.suptitle(f"u = {u_mm:.1f} mm = {u_mm / depth_mm:.2f} d", fontsize=11, x=0.02, ha="left")
     grid[-1].set_xlabel("x, mm")
     if differences is not None:
         difference_bar(figure, list(grid), differences)
     return figure
+
+
+def draw_side(
+    axes: Axes,
+    side: Side,
+    title: str,
+    *,
+    u_mm: float,
+    extent: Extent,
+    thickness_mm: float,
+    other: Side | None = None,
+    differences: Differences | None = None,
+) -> None:
+    """One panel of a stage: sand or photograph, layers, surface, bands and blade.
+
+    Parameters
+    ----------
+    axes : Axes
+        Drawn on.
+    side : Side
+        What the panel shows.
+    title : str
+        "predicted" or "measured".
+    u_mm, thickness_mm : float, mm
+        Displacement and thickness of the blade.
+    extent : tuple of float, mm
+        x0, x1, y0, y1: part of the world that is shown.
+    other : Side or None
+        The other side, whose layers are dashed over this one's.
+    differences : Differences or None
+        Colours of the lines by their distance from the other side's.
+    """
+    on_photo = side.picture is not None
+    _panel(axes, side, title, other, differences)
+    draw_blade(axes, u_mm, extent, thickness_mm, outline=on_photo)
+    plain = ON_COLOUR if on_photo else INK
+    ink = MODEL if title == "predicted" else MEASURED if differences is None else plain
+    for outcrop in () if side.outcrops_mm is None else side.outcrops_mm:
+        _band(axes, outcrop, u_mm, ink, on_photo)
+    axes.set(xlim=extent[:2], ylim=extent[2:], aspect="equal")
+    axes.grid(visible=False)
 
 
 def stage(table: pd.DataFrame | None, frame: int) -> pd.DataFrame | None:

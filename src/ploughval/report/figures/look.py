@@ -25,12 +25,13 @@ _HOUSE_SMALL_PT = 9.0
 _NARROW_MM = 120.0
 _LIMITS_MM = (60.0, 400.0)
 _LIMITS_PT = (5.0, 14.0)
+_DOTS_PER_IN = 300
 _LEAST_LINE_PT = 0.5  # what printers hold
 _PAPER = {
     "figure.facecolor": "#ffffff",
     "axes.facecolor": "#ffffff",
     "savefig.facecolor": "#ffffff",
-    "savefig.dpi": 300,
+    "savefig.dpi": _DOTS_PER_IN,
     "axes.linewidth": 0.6,
     "grid.linewidth": _LEAST_LINE_PT,
     "xtick.major.width": 0.6,
@@ -128,6 +129,12 @@ def narrow() -> bool:
     """Whether figures are drawn for a column of a paper."""
     look = _LOOK.get()
     return look is not None and look.narrow
+
+
+def pixels_across(widest: int) -> int:
+    """Pixels of a photograph across a figure: so many on the page, 300 to the inch on paper."""
+    look = _LOOK.get()
+    return widest if look is None else round(_DOTS_PER_IN * look.width_in)
 
 
 def small_pt() -> float:
