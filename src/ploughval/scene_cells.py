@@ -16,9 +16,9 @@ class LogColumns(Table):
     time_s: str = Field(
         "time_s", description="column of seconds, date-times or sample numbers; empty for none, with rate_hz"
     )
-    displacement_mm: str = "displacement_mm"
-    moment_upper_Nm: str = "moment_upper_Nm"
-    moment_lower_Nm: str = "moment_lower_Nm"
+    displacement_mm: str = Field("displacement_mm", description="column of the blade's displacement, mm")
+    moment_upper_Nm: str = Field("moment_upper_Nm", description="column of the upper cell, N m or its units")
+    moment_lower_Nm: str = Field("moment_lower_Nm", description="column of the lower cell, N m or its units")
     date: str | None = Field(None, description="column of dates, where time_s is one of times of day alone")
 
 
@@ -35,10 +35,10 @@ class Staircase(Table):
 class CellCalibration(Table):
     """[loadcells.calibration]: constants with their standard uncertainties, or files of known loads."""
 
-    upper_Nm_per_unit: Finite = 1.0
-    lower_Nm_per_unit: Finite = 1.0
-    upper_Nm_per_unit_std: NotNegative = 0.0
-    lower_Nm_per_unit_std: NotNegative = 0.0
+    upper_Nm_per_unit: Finite = Field(1.0, description="moment for a unit of the upper cell's column, N m")
+    lower_Nm_per_unit: Finite = Field(1.0, description="moment for a unit of the lower cell's column, N m")
+    upper_Nm_per_unit_std: NotNegative = Field(0.0, description="standard uncertainty of the upper, N m")
+    lower_Nm_per_unit_std: NotNegative = Field(0.0, description="standard uncertainty of the lower, N m")
     files: tuple[str, ...] = Field((), description="patterns of calibration tables")
     staircases: tuple[Staircase, ...] = ()
     g_m_s2: Positive = Field(9.80665, description="acceleration of gravity where mass_kg is given, m/s^2")
@@ -76,8 +76,8 @@ class LoadCells(Table):
     )
     spacing_mm: Positive = Field(description="distance between the two cells, mm")
     lower_to_tip_mm: Positive = Field(description="height of the lower cell above the tip, mm")
-    spacing_std_mm: NotNegative = 0.0
-    lower_to_tip_std_mm: NotNegative = 0.0
+    spacing_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the spacing, mm")
+    lower_to_tip_std_mm: NotNegative = Field(0.0, description="standard uncertainty of that height, mm")
     rest_s: tuple[Finite, Finite] | None = Field(None, description="window before motion, s")
     rest_end_s: tuple[Finite, Finite] | None = Field(
         None, description="window after the test with the cells unloaded again, s: zeros run straight to it"

@@ -1,13 +1,19 @@
 """How the numbers came about: blade, frames, settings, provenance."""
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from pydantic import BaseModel
 
-from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
+from ploughval.axes import Status
+from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table
 from ploughval.report.figures import blade_figure, noise_figure, volume_figure
 from ploughval.report.results import FrameEntry, NoiseEntry, Results
-from ploughval.report.text import number
+from ploughval.report.text import MISSING, number
+from ploughval.scene import Scene
+from ploughval.scene_faults import table_of
 
 SAME_MM = 1e-9
 MISFIT = 3.0  # distances of the noise from a straight line, in their standard uncertainties
@@ -44,9 +50,9 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
         drawings.append(_noise(run.noise, pen))
     lost = [entry for entry in run.frames if not entry.used]
     if lost:
-        tables.append(_ledger("Photographs that were lost", lost, folded=False))
+        tables.append(_ledger("Photographs that were lost", lost, results, folded=False))
     if run.frames:
-        tables.append(_ledger("All photographs", list(run.frames), folded=True))
+        tables.append(_ledger("All photographs", run.frames, results, folded=True))
     notes = [text for text in run.warnings if text not in run.faults]
     if not (drawings or tables or notes or run.faults):
         return None
@@ -77,21 +83,44 @@ def _noise(entry: NoiseEntry, pen: Pen) -> Drawing:
     )
 
 
-def _ledger(caption: str, frames: list[FrameEntry], *, folded: bool) -> Table:
-    rows = [
-        [
-            Cell(str(f.frame), f.frame),
-            Cell(f.file),
-            value_cell(f.time_s, 6),
-            value_cell(f.u_mm),
-            Cell(f.status.replace("_", " "), mark="" if f.used else "differs"),
-            Cell("; ".join([*([f.reason] if f.reason else []), *f.notes])),
-        ]
-        for f in frames
-    ]
-    return Table(
-        caption, ("Frame", "File", "Time, s", "u, mm", "Status", "Reason and notes"), rows, folded=folded
-    )
+def _ledger(caption: str, frames: Sequence[FrameEntry], results: Results, *, folded: bool) -> Table:
+    """Photographs with times and displacements to fixed decimals; columns that say nothing are left out."""
+    followed, uncertain = _followed(results), any(f.time_std_s for f in frames)
+    said = any(f.reason or f.notes for f in frames)
+    head = ["Frame", "File", "Time ± std, s" if uncertain else "Time, s", "u, mm"]
+    head += ["Points followed, %"] if followed else []
+    head += ["Status", *(["Reason and notes"] if said else [])]
+    rows = []
+    for f in frames:
+        row = [Cell(str(f.frame), f.frame), Cell(f.file), _time(f, uncertain), _fixed(f.u_mm, 3)]
+        row += [_fixed(followed.get(f.frame), 1)] if followed else []
+        row.append(Cell(f.status.replace("_", " "), mark="" if f.used else "differs"))
+        row += [Cell("; ".join([*([f.reason] if f.reason else []), *f.notes]))] if said else []
+        rows.append(row)
+    return Table(caption, head, rows, folded=folded)
+
+
+def _time(entry: FrameEntry, uncertain: bool) -> Cell:
+    text = _fixed(entry.time_s, 3).text
+    if uncertain and entry.time_s is not None and entry.time_std_s:
+        text += f" ± {entry.time_std_s:.3f}"
+    return Cell(text, entry.time_s, std=entry.time_std_s)
+
+
+def _fixed(value: float | None, places: int) -> Cell:
+    """A number to so many decimals, so that a column lines up; a dash where there is none."""
+    if value is None:
+        return Cell(MISSING)
+    return Cell(f"{value:z.{places}f}".replace("-", "−"), value)
+
+
+def _followed(results: Results) -> dict[int, float]:
+    """Share of the tracked points that was found in each frame, %; empty without tracks."""
+    if results.tracks is None or results.tracks.sizes["point"] == 0:
+        return {}
+    good = np.isin(results.tracks["status"].to_numpy(), (Status.OK, Status.REPLACED)).mean(axis=1)
+    numbers = results.tracks["frame"].to_numpy() if "frame" in results.tracks.coords else range(len(good))
+    return {int(n): 100.0 * float(share) for n, share in zip(numbers, good, strict=True)}
 
 
 def provenance_chapter(results: Results) -> Chapter | None:
@@ -99,23 +128,54 @@ def provenance_chapter(results: Results) -> Chapter | None:
     run = results.run
     tables = []
     if run.settings:
-        rows = [[Cell(key), _setting(value)] for key, value in flatten(run.settings)]
-        tables.append(Table("Settings", ("Key", "Value"), rows, folded=True))
+        tables.append(_settings(run.settings))
     if run.timings_s:
         total = sum(value or 0.0 for value in run.timings_s.values())
-        rows = [[Cell(step), value_cell(value, 3)] for step, value in run.timings_s.items()]
-        rows.append([Cell("all steps"), value_cell(float(total), 3)])
+        rows = [[Cell(step), _fixed(value, 3)] for step, value in run.timings_s.items()]
+        rows.append([Cell("all steps"), _fixed(float(total), 3)])
         tables.append(Table("Timings", ("Step", "Time, s"), rows, folded=True))
-    for caption, pairs in (("Versions", run.versions), ("Inputs (SHA-256)", run.inputs)):
+    for caption, pairs, head in (
+        ("Versions", run.versions, ("Package", "Version")),
+        ("Inputs", run.inputs, ("File", "SHA-256")),
+    ):
         if pairs:
             rows = [[Cell(key), Cell(value)] for key, value in pairs.items()]
-            tables.append(Table(caption, ("Name", "Value"), rows, folded=True))
+            tables.append(Table(caption, head, rows, folded=True))
     if not tables:
         return None
     lead = f"ploughval {run.ploughval}" if run.ploughval else ""
     if run.settings_hash:
         lead += f", settings {run.settings_hash[:12]}"
     return Chapter("provenance", "Settings and provenance", lead=lead.strip(", "), tables=tables)
+
+
+def _settings(settings: dict[str, Any]) -> Table:
+    """What was set or is the default, and what it means; what was not given is named below."""
+    known = [(key, value) for key, value in flatten(settings) if value not in (None, "", [], ())]
+    open_keys = [key for key, value in flatten(settings) if value in (None, "", [], ())]
+    rows = []
+    for key, value in known:
+        meaning, default = _meaning(key)
+        cell = _setting(value)
+        rows.append([Cell(key), cell, Cell("default" if value == default else "set"), Cell(meaning)])
+    notes = (f"Not given: {', '.join(open_keys)}.",) if open_keys else ()
+    head = ("Key", "Value", "From", "Meaning and unit")
+    return Table("Settings", head, rows, folded=True, kind="cards", footnotes=notes)
+
+
+def _meaning(key: str) -> tuple[str, Any]:
+    """What a key of test.toml means, with its unit, and its default; empty and None for one unknown here."""
+    model: type[BaseModel] | None = Scene
+    field = None
+    for name in key.split("."):
+        if model is None or name not in model.model_fields:
+            return "", None
+        field = model.model_fields[name]
+        model = table_of(field.annotation)
+    if field is None:
+        return "", None
+    default = None if field.is_required() else field.get_default(call_default_factory=True)
+    return field.description or "", list(default) if isinstance(default, tuple) else default
 
 
 def flatten(settings: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
@@ -135,9 +195,14 @@ def flatten(settings: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]
 
 def _setting(value: Any) -> Cell:
     if isinstance(value, list | tuple):
-        return Cell(", ".join(str(item) for item in value) or "none")
-    if value is None:
-        return Cell("not given")
+        return Cell(", ".join(_item(item) for item in value))
     if isinstance(value, bool | str):
         return Cell(str(value).lower() if isinstance(value, bool) else value)
     return Cell(f"{value:g}", value) if isinstance(value, int | float) else Cell(str(value))
+
+
+def _item(item: Any) -> str:
+    """A value in a list; a list in it, as a point, in brackets."""
+    if isinstance(item, list | tuple):
+        return f"({', '.join(_item(part) for part in item)})"
+    return _setting(item).text

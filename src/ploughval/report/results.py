@@ -55,6 +55,7 @@ class FrameEntry(_Entry):
     frame: int
     file: Text = ""
     time_s: Number = None
+    time_std_s: Number = None
     u_mm: Number = None
     status: Text = "ok"
     reason: Text = ""
