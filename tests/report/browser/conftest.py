@@ -73,9 +73,12 @@ def pages(tmp_path_factory, worker_id, make_results):
     try:
         folder.mkdir()
     except FileExistsError:
-        _wait_for(folder / "done")
+        _wait_for(folder)
     else:
-        _write_pages(folder, make_results)
+        try:
+            _write_pages(folder, make_results)
+        finally:
+            (folder / "ended").touch()
     names = ("one", "several", "bare", "blind")
     return Pages(folder / "one" / "results", *(folder / f"{name}.html" for name in names))
 
@@ -86,12 +89,13 @@ def worker_id(request):
     return getattr(request.config, "workerinput", {}).get("workerid", "master")
 
 
-def _wait_for(path, seconds=120.0):
+def _wait_for(folder, seconds=300.0):
     for _ in range(int(seconds * 20)):
-        if path.exists():
-            return
+        if (folder / "ended").exists():
+            break
         time.sleep(0.05)
-    pytest.fail(f"another worker did not write {path} within {seconds:g} s")
+    if not (folder / "complete").exists():
+        pytest.fail("the pages could not be written; the worker that tried says why")
 
 
 def _write_pages(folder, make_results):
@@ -105,7 +109,7 @@ def _write_pages(folder, make_results):
         path = plain / name
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     write_report(plain, out=folder / "blind.html")
-    (folder / "done").touch()
+    (folder / "complete").touch()
 
 
 def _photographed(folder, make_results):
@@ -147,7 +151,7 @@ class Visits:
     """Opens pages of this machine and hears what each says, asks for or violates."""
 
     def __init__(self, chromium):
-        self._chromium, self._contexts, self._troubles = chromium, [], []
+        self._chromium, self._contexts, self._troubles, self._asked = chromium, [], [], set()
 
     def __call__(self, path, *, width=1200, height=900, javascript=True, scheme="light", **options):
         context = self._chromium.new_context(
@@ -161,12 +165,21 @@ class Visits:
         page = context.new_page()
         page.set_default_timeout(10_000)
         page.add_init_script(path=CHECKS)
-        address = Path(path).resolve().as_uri()
         page.on("console", lambda message: self._troubles.append(f"console: {message.text}"))
         page.on("pageerror", lambda error: self._troubles.append(f"error: {error}"))
-        page.on("request", lambda request: _judge(request.url, address, self._troubles))
-        page.goto(address)
+        page.on("request", lambda request: self._judge(request.url))
+        self.turn(page, path)
         return page
+
+    def turn(self, page, path):
+        """Open another file of this machine in the same window."""
+        address = Path(path).resolve().as_uri()
+        self._asked.add(address)
+        page.goto(address)
+
+    def _judge(self, url):
+        if url.partition("#")[0] not in self._asked and not url.startswith(("data:", "blob:")):
+            self._troubles.append(f"request: {url[:200]}")
 
     def end(self):
         """Close all pages; what went wrong on any of them."""
@@ -192,8 +205,3 @@ def one_page(chromium, pages):
     visits = Visits(chromium)
     yield visits(pages.one)
     assert visits.end() == []
-
-
-def _judge(url, address, troubles):
-    if url.partition("#")[0] != address and not url.startswith(("data:", "blob:")):
-        troubles.append(f"request: {url[:200]}")

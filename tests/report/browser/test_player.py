@@ -239,6 +239,8 @@ def test_a_lost_frame_says_why_and_an_unreadable_photograph_leaves_its_lines(pag
     go(page, UNREADABLE)
     assert part(page, "stage").locator("image").count() == 0
     assert "no photograph" in part(page, "stage").text_content()
+    assert "is not a picture" in part(page, "why").text_content()
+    assert "lost" not in part(page, "why").text_content()
     assert part(page, "stage").locator("[data-layer=layers-measured]").count() == 1
 
 
