@@ -7,7 +7,14 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from ploughval.piv.strain import StrainMeasure, max_shear, strain_field
+from ploughval.piv.strain import (
+    GAUGE_SPACINGS,
+    SHEAR_FLOORS,
+    StrainMeasure,
+    gauge_px,
+    max_shear,
+    strain_field,
+)
 from ploughval.report.blocks import Chapter, Drawing, Pen
 from ploughval.report.chapters import not_had
 from ploughval.report.figures import shear_figure
@@ -19,9 +26,6 @@ from ploughval.report.text import number
 from ploughval.scene import Step
 
 Values = NDArray[np.float64]
-_GAUGE_SUBSETS = 1.5  # diameter of the circle over which strain is taken, in subsets
-_GAUGE_SPACINGS = 3.0  # the same in spacings of the points, where the size of a subset is not known
-_FLOORS = 1.77  # mean length of two numbers with sqrt(2) floors of a component each (Rayleigh)
 _NODES = 8  # of the map along a gauge
 _REACH = 0.3  # of a gauge: a node further from every point has no strain
 
@@ -73,11 +77,11 @@ def gauge_mm(results: Results) -> float:
     subset = results.setting("piv", "subset_px")
     spacing = results.setting("piv", "spacing_px") or 0.0
     if scale and subset:
-        return float(scale) * max(_GAUGE_SUBSETS * float(subset), _GAUGE_SPACINGS * float(spacing))
+        return float(scale) * gauge_px(float(subset), float(spacing))
     assert results.tracks is not None
     start = np.column_stack([results.tracks["x0_mm"], results.tracks["y0_mm"]])
     nearest = cKDTree(start).query(start, k=min(3, len(start)))[0][:, -1]
-    return _GAUGE_SPACINGS * float(np.median(nearest))
+    return GAUGE_SPACINGS * float(np.median(nearest))
 
 
 def _stage(
@@ -174,7 +178,7 @@ def shear_map(
         at=about,
     )
     shear = max_shear(field.strain)
-    floor = _FLOORS * field.floor
+    floor = SHEAR_FLOORS * field.floor
     values.ravel()[np.flatnonzero(inside)] = shear
     typical = float(np.nanmedian(floor)) if np.isfinite(floor).any() else np.nan
     return ShearMap(values, whole, typical, gauge)
