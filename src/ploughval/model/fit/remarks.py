@@ -19,9 +19,12 @@ def remarks_on(
     """Remarks on a fit: undetermined parameters and why, misfit, stretched teeth, pulled knowledge."""
     remarks = []
     if flat:
-        remarks.append(
+        text = (
             "the record shows no softening beyond its noise: mobilization_length_mm is not determined by it"
         )
+        if "residual_friction_deg" in found.parameters:
+            text += ", and residual_friction_deg only if friction falls within the record's travel"
+        remarks.append(text)
     for k, name in enumerate(found.parameters):
         if flat and name == "mobilization_length_mm":
             continue
@@ -53,7 +56,24 @@ def remarks_on(
         for shift in found.shifts
         if abs(shift.shift) > FAR * shift.std
     )
+    remarks.extend(_exact(found, objective))
     return tuple(remarks)
+
+
+def _exact(found: SoilFit, objective: Objective) -> list[str]:
+    """Which inputs count as exact: the force tells nothing against them, and friction makes up for them."""
+    scene = objective.space.scene
+    stds = {
+        "unit_weight_kN_m3": 0.0 if scene.soil is None else scene.soil.unit_weight_std_kN_m3,
+        "wall_friction_deg": 0.0 if scene.soil is None else scene.soil.wall_friction_std_deg,
+        "depth_mm": scene.blade.depth_std_mm,
+    }
+    names = [name for name, std in stds.items() if std == 0.0 and name not in found.parameters]
+    if not names:
+        return []
+    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    verb = "is" if len(names) == 1 else "are"
+    return [f"{listed} {verb} taken as exact: no interval holds what is wrong with that"]
 
 
 def _short(found: SoilFit, objective: Objective) -> list[str]:
