@@ -1,11 +1,13 @@
 """Where the control points stand, how far the camera misses them, and the scale across the photograph."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.report.figures.look import legend_outside, narrow, small_pt
@@ -13,7 +15,8 @@ from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, WIDTH_IN
 
 _LONGEST = 0.09  # arrow of the largest residual, as a share of the photograph's width
 _ENLARGED = (1, 2, 5)
-_LEVELS = 7
+_LEVELS = 5
+_BORDER = 0.08  # of the photograph, without numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +96,8 @@ def scale_figure(
         axes.set_title(title, loc="left")
         lines = _contours(axes, found)
         if lines is not None:
-            axes.clabel(lines, fmt=lambda v, digits=digits: _label(v, digits), fontsize=small_pt())
+            labels = axes.clabel(lines, fmt=lambda v, digits=digits: _label(v, digits), fontsize=small_pt())
+            _within(labels, shape)
         axes.plot(*np.asarray(points_px, float).T, ".", ms=3, color=MUTED)
         axes.plot(*np.asarray(tip_px, float), "P", ms=7, color=INK)
     if not narrow():
@@ -110,6 +114,15 @@ def _contours(axes: Axes, found: PictureMap) -> QuadContourSet | None:
     return axes.contour(
         found.x_px, found.y_px, found.values, levels=_LEVELS, colors=[MEASURED], linewidths=1.1
     )
+
+
+def _within(labels: Sequence[Text], shape: tuple[int, int]) -> None:
+    """Hide numbers so near the border that they would be cut; the next lines tell where it goes."""
+    height, width = shape
+    for label in labels:
+        x, y = label.get_position()
+        inside = min(x / width, 1 - x / width, y / height, 1 - y / height)
+        label.set_visible(bool(inside > _BORDER))
 
 
 def _label(value: float, digits: str) -> str:

@@ -178,8 +178,8 @@ def legend_outside(
 
 def fitting_columns(labels: Sequence[str], most: int, width_in: float) -> int:
     """The largest number of columns, ``most`` at most, in which a legend is no wider than the figure."""
-    size = float(mpl.rcParams["legend.fontsize"])
-    font = FontProperties(family=mpl.rcParams["font.family"], size=size)
+    font = FontProperties(family=mpl.rcParams["font.family"], size=mpl.rcParams["legend.fontsize"])
+    size = font.get_size_in_points()
     beside = size * (mpl.rcParams["legend.handlelength"] + mpl.rcParams["legend.handletextpad"])
     gap = size * mpl.rcParams["legend.columnspacing"]
     wide = [

@@ -10,11 +10,11 @@ from ploughval.report.figures.style import INK, MEASURED, MODEL, new_figure, sty
 
 _PANELS = (
     ("crest_mm", "crest_std_mm", "crest height, mm"),
-    ("face_mm", "face_std_mm", "height at the face, mm"),
+    ("face_mm", "face_std_mm", "face height, mm"),
     ("front_mm", "front_std_mm", "front ahead, mm"),
-    ("flank_deg", "flank_std_deg", "slope of the flank, °"),
-    ("slope_deg", "slope_std_deg", "slope of the front, °"),
-    ("area_mm2", "area_std_mm2", "area of the heap, mm²"),
+    ("flank_deg", "flank_std_deg", "flank slope, °"),
+    ("slope_deg", "slope_std_deg", "front slope, °"),
+    ("area_mm2", "area_std_mm2", "heap area, mm²"),
 )
 
 

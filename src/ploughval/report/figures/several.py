@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ploughval.compare.several import MeanError, MeanHistory, Repeat, Trend
-from ploughval.report.figures.look import legend_outside
+from ploughval.report.figures.look import legend_outside, narrow
 from ploughval.report.figures.style import GRID, INK, MEASURED, MODEL, MUTED, new_figure, plain, styled
 from ploughval.report.text import label, unit
 
@@ -228,7 +228,7 @@ def errors_figure(errors: Sequence[MeanError]) -> Figure:
         axes.plot(mean, row, "D", ms=6, color=colour)
     _rows(axes, rows, [_named(error.metric, error.scale) for error in errors])
     axes.set_xlim(-FARTHEST_ERROR * 1.03, FARTHEST_ERROR * 1.03)
-    axes.set_xlabel("E / u_val, model − experiment (grey band: a test agrees)")
+    axes.set_xlabel("E / u_val" if narrow() else "E / u_val, model − experiment (grey band: a test agrees)")
     axes.plot([], [], "o", ms=4, color=MUTED, label="tests")
     axes.plot([], [], "D-", ms=6, color=MEASURED, label="mean, 95 %")
     legend_outside(figure, *axes.get_legend_handles_labels(), columns=2)
