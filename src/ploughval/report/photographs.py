@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ploughval.errors import PloughvalError
+from ploughval.errors import DataError, PloughvalError
 from ploughval.report.figures.layers import Extent, Picture
 from ploughval.report.results import Results
 from ploughval.scene import load_scene
@@ -226,8 +226,7 @@ class Photographs:
             return shrunk(self._frames.read(frame), factor)
         except (PloughvalError, OSError, IndexError) as error:
             _log.info("frame %d is not shown: %s", frame, error)
-            path = str(getattr(error, "path", None) or "")
-            self.unread[frame] = str(error).removeprefix(f"{path}: ") if path else type(error).__name__
+            self.unread[frame] = _reason(error)
             return None
 
     def _coarse(self, frame: int, factor: int) -> bool:
@@ -251,6 +250,14 @@ class Photographs:
             if image.mode != "L" or image.size[0] > -(-width // scale):
                 return shrunk(self._frames.read(frame), factor)
             return shrunk(np.asarray(image), factor // scale)
+
+
+def _reason(error: Exception) -> str:
+    """What an error says, without where the file lies on this machine."""
+    if not isinstance(error, DataError):
+        return f"the file cannot be read ({type(error).__name__})"
+    place = ", ".join(part for part in (error.path, f"frame {error.frame}") if part)
+    return str(error).removeprefix(f"{place}: ").removeprefix(f"{error.path}: ")
 
 
 def open_photographs(results: Results) -> Photographs | None:

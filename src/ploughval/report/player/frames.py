@@ -62,7 +62,7 @@ def spread(travel: list[float], most: int) -> list[int]:
     u = pd.Series(travel, dtype=float).interpolate(limit_direction="both").fillna(0.0).to_numpy()
     if u.max() <= u.min():
         u = np.arange(len(u), dtype=float)
-    wanted = np.linspace(u.min(), u.max(), most)
+    wanted = np.linspace(u.min(), u.max(), most)[1:-1]
     nearest = {int(np.abs(u - place).argmin()) for place in wanted} | {0, len(u) - 1}
     return sorted(nearest)
 

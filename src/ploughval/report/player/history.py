@@ -126,7 +126,7 @@ def values_at(results: Results, moments: Sequence[Moment]) -> list[Values]:
             force, std = float(row["force_N"]), float(row["force_std_N"])
         else:
             force, std = _at(results.force, u, "force_N"), _at(results.force, u, "force_std_N")
-        beta, beta_std = _inclination(results.increments, u)
+        beta, beta_std = _inclination(results.increments, float("nan") if moment.reason else u)
         model_beta, _ = _inclination(results.model_force, u)
         found.append(
             Values(

@@ -67,7 +67,7 @@ def frame_lines(results: Results, moments: Sequence[Moment], extent: Extent) -> 
     measured, predicted = (_by_frame(table) for table in tables)
     surface, above = _by_frame(results.surface), _by_frame(results.model_surface)
     tolerance = tolerance_mm(extent)
-    frames = []
+    frames, nan = [], float("nan")
     for moment in moments:
         now, then = surface.get(moment.frame), above.get(moment.frame)
         frames.append(
@@ -76,7 +76,8 @@ def frame_lines(results: Results, moments: Sequence[Moment], extent: Extent) -> 
                 _layers(predicted.get(moment.frame), tags, extent, tolerance),
                 _line(now, extent, tolerance),
                 _line(then, extent, tolerance),
-                _bands(results.bands, moment.u_mm, now, results.increments),
+                # A photograph that was lost shows no band, whatever its neighbours do.
+                _bands(results.bands, nan if moment.reason else moment.u_mm, now, results.increments),
                 _bands(results.model_bands, moment.u_mm, then, results.model_force),
             )
         )
