@@ -182,14 +182,17 @@ def _exposure(scene: Scene, frames: FrameSeries) -> float | None:
 
 def _movement(found: Findings) -> list[Row]:
     """The camera's movement since the first photograph that was taken off."""
-    item = "Movement of the camera"
+    item = "Movement of the camera, taken off"
     if found.window is None:
         return []
     shift = np.hypot(found.window.camera[:, 0], found.window.camera[:, 1])
     if not np.isfinite(shift).any():
-        return [untold(CAMERA, item, "No still sand below the tip's level, and no markers, tell it.", "px")]
+        return [untold(CAMERA, item, "No photograph told it.", "px")]
     std = float(np.nanmedian(found.window.camera[:, 2])) or NAN
-    note = "the largest since the first photograph; taken off all places"
+    note = (
+        "the largest since the first photograph: knocks, or all that markers tell; slower movement of still "
+        "sand is noted beside the photographs"
+    )
     return [Row(CAMERA, item, Source.MEASURED, float(np.nanmax(shift)), std, "px", note=note)]
 
 
