@@ -44,6 +44,17 @@ def test_a_table_too_long_for_a_page_stays_in_the_folder(own_folder):
     assert of(own_folder, "surface.csv") == {}
 
 
+def test_a_table_too_long_even_as_drawn_stays_in_the_folder(own_folder):
+    head = "frame,u_mm,layer,source,points,mean_mm,rms_mm,validation_std_mm,extra_mm"
+    row = "7,12.3456789,5,tracks,100,0.0123456789,0.0123456789,0.0123456789,0"
+    (own_folder / "layer_distances.csv").write_text("\n".join([head, *[row] * 5000]) + "\n")
+    assert of(own_folder, "layer_distances.csv") == {}
+    (own_folder / "layer_distances.csv").write_text("\n".join([head, *[row] * 500]) + "\n")
+    got = of(own_folder, "layer_distances.csv")["layer_distances.csv"]
+    assert got.note == ("layer_distances.csv: the columns that are drawn; all of it is in the result folder.")
+    assert rows(got.text)[1] == row.split(",")[:-1]
+
+
 def test_a_long_force_history_is_attached_as_drawn_with_its_extremes_and_says_so(own_folder):
     u = np.linspace(0, 60, 40_000)
     force = pd.read_csv(own_folder / "force.csv").iloc[np.zeros(len(u), int)].reset_index(drop=True)

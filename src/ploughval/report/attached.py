@@ -86,7 +86,8 @@ def _attached(results: Results, name: str) -> Attached | None:
     note = ""
     if name in _DRAWN and path.stat().st_size > MOST_BYTES / 4:
         head, rows, note = _as_drawn(name, head, rows)
-    return Attached(name.replace("/", "-"), csv_text([head, *rows]), note)
+    text = csv_text([head, *rows])
+    return Attached(name.replace("/", "-"), text, note) if len(text) <= MOST_BYTES else None
 
 
 def _as_drawn(name: str, head: list[str], rows: list[list[str]]) -> tuple[list[str], list[list[str]], str]:
