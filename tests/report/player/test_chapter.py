@@ -49,6 +49,15 @@ def test_every_frame_of_the_ledger_is_there_with_its_travel_and_force(result_fol
     assert all(not frame["why"] for frame in frames if frame["n"] != 5)
 
 
+def test_notes_of_the_ledger_go_with_their_frame(own_folder):
+    record = json.loads((own_folder / "run.json").read_text())
+    record["frames"][7]["notes"] = ["the camera was knocked", HOSTILE]
+    (own_folder / "run.json").write_text(json.dumps(record))
+    frames = data_of(chapter_of(own_folder))["frames"]
+    assert frames[7]["note"] == f"the camera was knocked; {HOSTILE}"
+    assert "note" not in frames[6]
+
+
 def test_the_drawing_without_scripts_shows_the_last_frame_and_its_lines(result_folder):
     markup = str(chapter_of(result_folder).player)
     stage = re.search(r"<svg data-player=\"stage\".*?</svg>", markup, flags=re.S).group(0)

@@ -156,6 +156,8 @@ def _data(
             "Q": _known(v.model_N, 4), "b": _known(v.beta_deg, 2), "bs": _known(v.beta_std_deg, 2),
             "c": _known(v.model_beta_deg, 2), "i": _known(v.band, 0), "j": _known(v.model_band, 0),
         }  # fmt: skip
+        if moment.note:
+            entry["note"] = moment.note
         frames.append(entry | _packed(line) | _dots_of(dots, k) | _picture_of(pictures, moment))
     tags = [[source, height] for source, height in lines.layers]
     return {

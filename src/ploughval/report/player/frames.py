@@ -20,8 +20,8 @@ class Moment:
         Number of the photograph, or of the model's row where there are no photographs.
     u_mm, blade_mm : float, mm
         Displacement of the blade, and its face as seen in the photograph; NaN where not known.
-    file, reason : str
-        The photograph, and why it was lost.
+    file, reason, note : str
+        The photograph, why it was lost, and what else the ledger says of it.
     """
 
     frame: int
@@ -29,6 +29,7 @@ class Moment:
     blade_mm: float
     file: str = ""
     reason: str = ""
+    note: str = ""
 
 
 def moments(results: Results) -> list[Moment]:
@@ -44,8 +45,9 @@ def moments(results: Results) -> list[Moment]:
         if entry is not None and entry.u_mm is not None:
             travel = entry.u_mm
         reason = "" if entry is None or entry.used else entry.reason or entry.status
-        name = entry.file if entry is not None else ""
-        found.append(Moment(number, travel, face.get(number, float("nan")), name, reason))
+        name, notes = (entry.file, entry.notes) if entry is not None else ("", ())
+        blade = face.get(number, float("nan"))
+        found.append(Moment(number, travel, blade, name, reason, "; ".join(notes)))
     return found
 
 

@@ -19,8 +19,9 @@ function start() {
     width = wide;
     stage.lay(wide);
     if (chart) {
-      const across = Math.round(part("force").getBoundingClientRect().width);
-      chart.lay(across, Math.round(Math.max(230, Math.min(330, across * 0.8))));
+      const across = Math.round(part("force").getBoundingClientRect().width), beside = across < 0.8 * wide;
+      const room = beside ? part("stage").viewBox.baseVal.height - 240 : 0.8 * across;
+      chart.lay(across, Math.round(Math.max(230, Math.min(beside ? 420 : 330, room))));
     }
     show(now);
   }
@@ -35,8 +36,11 @@ function start() {
     const force = frame.P === null ? "" : `, force ${fixed(frame.P, 1)} N`;
     slider.setAttribute("aria-valuetext", `frame ${frame.n} of ${frames.at(-1).n}, ${travel}${force}${frame.why ? `, lost: ${frame.why}` : ""}`);
     part("stage").setAttribute("aria-label", `Frame ${frame.n}, ${travel}: ${data.panels.join(" above ")}.`);
-    part("why").textContent = frame.why ? `Frame ${frame.n} was lost: ${frame.why}` : "";
-    part("why").hidden = !frame.why;
+    const said = [frame.why && `Frame ${frame.n} was lost: ${frame.why}`, frame.note].filter(Boolean).join(" \u00b7 ");
+    part("why").textContent = said;
+    part("why").hidden = !said;
+    // The slider says its own value; what plays is not read out.
+    part("readout").setAttribute("aria-live", timer || document.activeElement === slider ? "off" : "polite");
     part("readout").replaceChildren(...readout(frame));
     if (timer) for (let next = 1; next <= AHEAD; next++) if (now + next < frames.length) stage.ready(now + next);
   }
@@ -87,7 +91,6 @@ function start() {
     const button = part("play");
     button.setAttribute("aria-label", playing ? "Pause" : "Play");
     button.querySelector("path").setAttribute("d", playing ? PAUSE : PLAY);
-    part("readout").setAttribute("aria-live", playing ? "off" : "polite");
   }
 
   function go(k) { pause(); show(k); }
@@ -127,6 +130,7 @@ function start() {
     element.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
       element.setPointerCapture(event.pointerId);
+      slider.focus({ preventScroll: true });
       act(event, true);
     });
     element.addEventListener("pointermove", (event) => { if (element.hasPointerCapture(event.pointerId)) act(event, false); });

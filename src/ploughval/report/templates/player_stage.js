@@ -150,8 +150,10 @@ window.ploughvalPlayer.Stage = class {
 
   // Dots with tails over the frames before, or coloured by classes of what moved or sheared.
   points(k, panel, over) {
-    const places = this.places[k], group = svg("g", { "data-layer": "tracks" });
-    if (!places) return null;
+    if (!this.places[k]) return null;
+    // On a phone every third dot: more would hide the picture.
+    const places = this.width < 420 ? this.places[k].map((place, i) => (i % 3 ? null : place)) : this.places[k];
+    const group = svg("g", { "data-layer": "tracks" });
     const dot = (some) => this.path(some.map((place) => [place, place]), panel.top);
     if (this.dots === "tails") {
       const tails = places.map((place, i) => {
