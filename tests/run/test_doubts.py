@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from ploughval.run.clock import Displacement
-from ploughval.run.doubts import doubts, heap_doubts, outside_log
+from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 
 U = np.linspace(0, 50, 26)
 NOISE = np.random.default_rng(4).normal(0, 0.01, len(U))
@@ -76,3 +76,9 @@ def test_a_heap_is_doubted_when_it_differs_clearly_from_what_was_swept(ratio, st
 
 def test_a_surface_that_is_never_complete_raises_no_doubt():
     assert heap_doubts(volume(1.2).assign(ratio=np.nan)) == []
+
+
+def test_a_blade_that_leans_is_doubted_and_an_upright_one_is_not():
+    assert lean_doubt(0.0) == ""
+    assert "leans 7.5 degrees ahead" in lean_doubt(7.5)
+    assert "leans 20 degrees back" in lean_doubt(-20.0)
