@@ -94,10 +94,10 @@ def _as_drawn(name: str, head: list[str], rows: list[list[str]]) -> tuple[list[s
     """The rows that a figure is drawn through, and the columns that it shows."""
     curve, columns = _DRAWN[name]
     kept = [place for place, title in enumerate(head) if not columns or title in columns]
-    shown = range(len(rows))
+    shown = list(range(len(rows)))
     if curve in head:
         values = pd.to_numeric(pd.Series([row[head.index(curve)] for row in rows]), errors="coerce")
-        shown = thin(pd.DataFrame({curve: values}), curve).index
+        shown = thin(pd.DataFrame({curve: values}), curve).index.tolist()
     some = [[rows[row][place] for place in kept] for row in shown]
     said = f"{len(some)} of {len(rows)} rows" if len(some) < len(rows) else "the columns that are drawn"
     return [head[place] for place in kept], some, f"{name}: {said}; all of it is in the result folder."
