@@ -241,6 +241,16 @@ def fit(
 def report(
     folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
     out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
+    figures: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write every figure there too, as SVG and PNG, with captions."),
+    ] = None,
+    width: Annotated[
+        float,
+        typer.Option(
+            min=60, max=400, help="Width of those figures, mm: 84 or 90 of a column, 174 or 180 of a page."
+        ),
+    ] = 84.0,
     as_json: Json = False,
 ) -> None:
     """Write the report page again: of one test, or of several together.
@@ -249,13 +259,20 @@ def report(
     every number of the page stands beside it as .json and .csv.
     """
     with command(as_json) as talk, said_once():
-        from ploughval.report import write_report
+        from ploughval.report import write_figures, write_report
         from ploughval.run.results import results_of
 
-        with shown_progress(talk) as progress, one_step(progress, "report"):
-            path = write_report([results_of(folder) for folder in folders], out=out)
-        talk.summary = {"report": str(path)}
-        talk.say(f"report: {path}")
+        results = [results_of(folder) for folder in folders]
+        with shown_progress(talk) as progress:
+            with one_step(progress, "report"):
+                path = write_report(results, out=out)
+            talk.summary = {"report": str(path)}
+            talk.say(f"report: {path}")
+            if figures is not None:
+                with one_step(progress, "figures"):
+                    files = write_figures(results, figures, width_mm=width)
+                talk.summary["figures"] = [str(file) for file in files]
+                talk.say(f"figures: {len(files)} files in {figures}")
 
 
 @app.command()

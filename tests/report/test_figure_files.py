@@ -1,6 +1,7 @@
 """Figures as files for a paper: sizes, type, words, bytes, and what is said when they cannot be written."""
 
 import csv
+import json
 import os
 import re
 import xml.etree.ElementTree as ET
@@ -9,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
 
+from ploughval.cli import app
 from ploughval.errors import ConfigError, DataError
 from ploughval.report import figure_files, write_figures
 from ploughval.report.page import single_page
@@ -136,7 +139,7 @@ def test_only_named_files_are_touched(result_folder, tmp_path, monkeypatch):
 def test_a_file_in_the_way_is_one_message(result_folder, tmp_path):
     target = tmp_path / "taken"
     target.write_text("")
-    with pytest.raises(DataError, match="expected a folder that can be written to") as told:
+    with pytest.raises(DataError, match="it is a file; expected a folder that can be written to") as told:
         write_figures(result_folder, target)
     assert str(target) in str(told.value)
 
@@ -158,3 +161,22 @@ def test_a_width_that_no_paper_has_is_refused_before_anything_is_written(result_
 def test_no_folder_at_all_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="at least one"):
         write_figures([], tmp_path)
+
+
+def test_the_command_writes_page_and_figures(result_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.force_chapter,))
+    monkeypatch.setattr("ploughval.report.page.single_page", lambda results: "page")
+    asked = [
+        "report",
+        str(result_folder),
+        "--out",
+        str(tmp_path / "r.html"),
+        "--figures",
+        str(tmp_path / "f"),
+    ]
+    said = CliRunner().invoke(app, [*asked, "--width", "174", "--json"])
+    assert said.exit_code == 0, said.output
+    named = json.loads(said.stdout)["figures"]
+    assert {Path(name).name for name in named} == {path.name for path in (tmp_path / "f").iterdir()}
+    assert "width_mm" in (tmp_path / "f" / "captions.csv").read_text()
+    assert (tmp_path / "r.html").read_text() == "page"

@@ -78,7 +78,7 @@ def _kinematics(increments: pd.DataFrame, pen: Pen) -> Drawing:
         kinematics_figure(increments),
         "Velocity of the moving block along the travel and upwards for a millimetre of the blade.",
         "Motion of the block for a millimetre of the blade. A rigid block over one band moves by 1 along and "
-        f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments.",
+        f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments. Bars: ± std.",
         name="block-motion",
         data=("increments.csv",),
     )

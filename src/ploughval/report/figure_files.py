@@ -159,7 +159,7 @@ def _ready(folder: Path) -> Path:
         os.close(handle)
         Path(name).unlink()
     except OSError as error:
-        reason = error.strerror or str(error)
+        reason = "it is a file" if folder.is_file() else error.strerror or str(error)
         raise DataError(
             f"figures cannot be written here: {reason}; expected a folder that can be written to", path=folder
         ) from None
