@@ -30,7 +30,7 @@ Rule = Callable[["Film", "Setting", Floats], Floats]
 
 ROUNDS = 2
 MADE = replace(EXAMPLE, name="film", seed=41, mm_per_px=0.25, frames=25, loadcells=False)
-SMALL = replace(MADE, mm_per_px=0.5, frames=7)
+SMALL = replace(MADE, mm_per_px=0.5, frames=5, displacement_mm=12.0)
 MOVED_PX = 1.0  # sand that has moved less counts as still
 
 

@@ -38,10 +38,9 @@ def subject(folder: Path) -> Subject | None:
         "comparison",
         "Comparison",
         "What the stated uncertainties of the soil and the blade leave of a prediction is found by "
-        "running the model "
-        "with drawn inputs. The error is that of the standard uncertainty of eight metrics of a force "
-        "history of "
-        "90 mm, against 2 048 draws, over twelve seeds; the time that of a whole comparison of the force.",
+        "running the model with drawn inputs. The error is that of the standard uncertainty of eight "
+        "metrics of a force history of 90 mm, against 2 048 draws, over twelve seeds; the time that of a "
+        "whole comparison of the force.",
         (panel,),
         _choice(table, panel, alignment),
         tuple(tables),
@@ -84,8 +83,7 @@ def _choice(table: pd.DataFrame, panel: Panel, alignment: pd.DataFrame | None) -
     plain = 100.0 / math.sqrt(2.0 * (DEFAULT - 1))
     said = [
         f"The default of {mine.setting} draws knows a standard uncertainty to {shown(mine.error)} % (95 % "
-        f"of them to "
-        f"{shown(tail.error)} %) in {shown(mine.time)} s; plain random draws would know it to "
+        f"of them to {shown(tail.error)} %) in {shown(mine.time)} s; plain random draws would know it to "
         f"{shown(plain)} %."
     ]
     least, most = min(ours, key=int), max(ours, key=int)
@@ -95,9 +93,8 @@ def _choice(table: pd.DataFrame, panel: Panel, alignment: pd.DataFrame | None) -
         )
     if int(most) > DEFAULT:
         said.append(
-            f"Where a verdict hangs on the uncertainty, or it is to be printed to two digits: taking "
-            f"{most} draws "
-            f"{against(ours[most], mine)}."
+            f"Where a verdict hangs on the uncertainty, or it is to be printed to two digits: taking {most} "
+            f"draws {against(ours[most], mine)}."
         )
     if alignment is not None:
         noise = alignment.set_index("case").loc["noise of 0.05 P0"]
@@ -107,8 +104,8 @@ def _choice(table: pd.DataFrame, panel: Panel, alignment: pd.DataFrame | None) -
         )
         said.append(
             f"Alignment at landmarks leaves {shown(float(noise['landmarks']))} of "
-            f"{shown(float(noise['in_height']))} P₀ "
-            f"of pure noise; time warping within 0.1 d leaves {shown(warped)}, so it {sense}."
+            f"{shown(float(noise['in_height']))} P₀ of pure noise; time warping within 0.1 d leaves "
+            f"{shown(warped)}, so it {sense}."
         )
     return tuple(said)
 

@@ -1,5 +1,6 @@
 """Chapter of the fit of soil parameters: fit-settings.csv, fit.csv."""
 
+import math
 from pathlib import Path
 
 import pandas as pd
@@ -30,18 +31,15 @@ def subject(folder: Path) -> Subject | None:
     if cases is not None:
         tables.append(_table(cases, "Single records that the model describes", _CASE_HEAD, folded=True))
     records = int(table["seeds"].iloc[0])
+    spread = 100.0 / math.sqrt(2.0 * records)  # of a root mean square of so many normal errors
     return Subject(
         "fit",
         "Fit of soil parameters",
-        f"Errors are root mean squares over {records} made records that the model does not quite "
-        f"describe: teeth "
-        "stretched by 3 %, force bent by 1 %, offset of 2 %, gain of 1 %, noise of 1 %; three parameters, "
-        "intervals "
-        "included. Errors of so few records are known to a third of themselves; ratios between settings, "
-        "which see "
-        "the same records, better. Objectives are compared by a plain simplex search without intervals: "
-        "the ring's "
-        "line beside it is what the fit makes least.",
+        f"Errors are root mean squares over {records} made records that the model does not quite describe: "
+        "teeth stretched by 3 %, force bent by 1 %, offset of 2 %, gain of 1 %, noise of 1 %; three "
+        f"parameters, intervals included. Errors of so few records are known to {spread:.0f} % of themselves; "
+        "ratios between settings, which see the same records, better. Objectives are compared by a plain "
+        "simplex search without intervals; 'registered' is the one that the fit makes least.",
         panels,
         _choice(table, panels),
         tuple(tables),
@@ -70,8 +68,7 @@ def _choice(table: pd.DataFrame, panels: tuple[Panel, ...]) -> tuple[str, ...]:
     said = [
         f"The default ({DEFAULT_WORDS}) finds the angles to {shown(mine.error)} degrees and the length to "
         f"{shown(length.standard.error)} % in {shown(mine.time)} s; {shown(float(held))} % of the 95 % "
-        f"intervals hold "
-        "the truth.",
+        "intervals hold the truth.",
         dominance(angles, "Angles"),
         *_rows(angles, length),
     ]
@@ -88,7 +85,7 @@ def _choice(table: pd.DataFrame, panels: tuple[Panel, ...]) -> tuple[str, ...]:
         hold = table[(table["family"] == ALLOWED) & (table["setting"] == "no")]["hold_pct"].iloc[0]
         said.append(
             f"Taking the model for right {against(none, mine)}; {shown(float(hold))} % of the 95 % "
-            f"intervals hold."
+            "intervals hold."
         )
     return (*said, *_objectives(angles))
 
@@ -124,8 +121,7 @@ def _objectives(angles: Panel) -> list[str]:
     least = min(found.values(), key=lambda p: p.error)
     return [
         f"Objectives, by the same simplex search: registering the rows {against(ours, plain)} against plain "
-        f"squares; least "
-        f"has {least.setting} ({shown(least.error)} degrees), most "
+        f"squares; least has {least.setting} ({shown(least.error)} degrees), most "
         f"{max(found.values(), key=lambda p: p.error).setting}."
     ]
 

@@ -33,13 +33,10 @@ def subject(folder: Path) -> Subject | None:
         "forces",
         "Forces",
         "Made records of rigs whose zeros, friction, gains and lengths are drawn from their stated "
-        "uncertainties: a "
-        "saw-tooth of 11 to 20 N over 40 mm at 1 mm/s, line of action 10 mm above the tip, cells 150 mm "
-        "apart. The "
-        "bounds are what noise and the scatter of friction leave when all else is known. The ring marks "
-        "what is done "
-        "when nothing is set; of rows a second and empty runs, which the laboratory chooses, the base of "
-        "the study.",
+        "uncertainties: a saw-tooth of 11 to 20 N over 40 mm at 1 mm/s, line of action 10 mm above the "
+        "tip, cells 150 mm apart. The bounds are what noise and the scatter of friction leave when all "
+        "else is known. The ring marks what is done when nothing is set; of rows a second and empty runs, "
+        "which the laboratory chooses, the base of the study.",
         panels,
         _choice(table, panels),
         tuple(tables),
@@ -77,28 +74,25 @@ def _choice(table: pd.DataFrame, panels: tuple[Panel, ...]) -> tuple[str, ...]:
     bands, mine = smoothing.of(BANDWIDTH), smoothing.standard
     least = best(bands)
     said = [
-        f"Without smoothing the force of a noisy record is off by {shown(mine.error)} % of its mean, of "
-        f"one whose "
-        f"friction scatters by {shown(friction.standard.error)} %; a record takes "
-        f"{shown(friction.standard.time)} to "
-        f"{shown(mine.time)} ms of CPU."
+        f"Without smoothing the force of a noisy record is off by {shown(mine.error)} % of its mean, of one "
+        f"whose friction scatters by {shown(friction.standard.error)} %; a record takes "
+        f"{shown(friction.standard.time)} to {shown(mine.time)} ms of CPU."
     ]
     if least.setting == mine.setting:
         said.append("Smoothing to a bandwidth gains nothing for this noise.")
     else:
         there = arm.of(BANDWIDTH)[least.setting]
         said.append(
-            f"Noisy cells logged fast: a bandwidth of {least.setting} Hz leaves least "
-            f"({shown(least.error)} %, line of "
-            f"action {shown(there.error)} mm in place of {shown(arm.of(BANDWIDTH)['none'].error)} mm)."
+            f"Noisy cells logged fast: a bandwidth of {least.setting} Hz leaves least ({shown(least.error)} "
+            f"%, line of action {shown(there.error)} mm in place of "
+            f"{shown(arm.of(BANDWIDTH)['none'].error)} mm)."
         )
         low = [p for p in bands.values() if p.setting != "none" and float(p.setting) < float(least.setting)]
         if low:
             worst = max(low, key=lambda p: p.error)
             said.append(
                 f"Below it the drops of the force are rounded: {worst.setting} Hz leaves "
-                f"{shown(worst.error)} %. Where "
-                "no drop is to be read, the line of action gains from "
+                f"{shown(worst.error)} %. Where no drop is to be read, the line of action gains from "
                 f"{min(low, key=lambda p: arm.of(BANDWIDTH)[p.setting].error).setting} Hz."
             )
     return (*said, *_runs(table, friction), *_rest(friction, friction_arm))
@@ -130,8 +124,7 @@ def _rest(friction: Panel, arm: Panel) -> list[str]:
         one, other = ways["force only"], ways["per cell"]
         said.append(
             f"Friction taken off the force alone leaves {shown(one.error)} mm of the line of action, off "
-            f"each cell "
-            f"{shown(other.error)} mm."
+            f"each cell {shown(other.error)} mm."
         )
     return said
 

@@ -38,12 +38,10 @@ def subject(folder: Path) -> Subject | None:
         "model",
         "Model",
         "Errors against the limit of vanishing increments (tolerance 10⁻⁵). A tolerance is simulate(): "
-        "two marches, "
-        "surfaces and stated error; an increment is one march, as scans use it. The search over nodes is "
-        "the paper's: "
-        "bands to nodes alone, fixed increments. Dashed lines are the times of other methods for u = 50 "
-        "mm at "
-        "d = 30 mm, measured once on one core of such a machine; what error they have here is not known.",
+        "two marches, surfaces and stated error; an increment is one march, as scans use it. The search "
+        "over nodes is the paper's: bands to nodes alone, fixed increments. Dashed lines are the times of "
+        "other methods for u = 50 mm at d = 30 mm, measured once on one core of such a machine; what "
+        "error they have here is not known.",
         panels,
         _choice(panels),
         tuple(tables),
@@ -82,8 +80,7 @@ def _choice(panels: tuple[Panel, ...]) -> tuple[str, ...]:
     if "0.005" in march:
         said.append(
             f"Force alone: force_history() at the same increment {against(march['0.005'], mine)}; what is "
-            f"left out are "
-            "surfaces, layers and the stated error."
+            "left out are surfaces, layers and the stated error."
         )
     if fine is not None:
         said.append(f"Reference solutions: a tolerance of 0.0001 {against(fine, mine)}.")
@@ -107,8 +104,8 @@ def _nodes(switch: Panel) -> list[str]:
         said.append(
             f"The search over nodes comes to {shown(least.error)} % at best, in {shown(least.time)} ms "
             f"({shown(least.error / mine.error)} times the error of the default, "
-            f"{shown(least.time / mine.time)} times "
-            "its time): a switch is seen only at the end of an increment."
+            f"{shown(least.time / mine.time)} times its time): a switch is seen only at the end of an "
+            "increment."
         )
     return said
 

@@ -25,7 +25,11 @@ class Facts:
 
 def chapters(folder: Path) -> list[Facts]:
     """Those whose tables are there."""
-    return [found for found in (_whole(folder), _photographs(folder), _markers(folder)) if found is not None]
+    return [
+        found
+        for found in (_whole(folder), _page(folder), _photographs(folder), _markers(folder))
+        if found is not None
+    ]
 
 
 def _whole(folder: Path) -> Facts | None:
@@ -37,9 +41,8 @@ def _whole(folder: Path) -> Facts | None:
         seconds, memory = float(value["whole command [s]"]), float(value["peak memory [GB]"])
         points = f"{value['points [1]']:.0f} points"
         notes.append(
-            f"{name}, 12 megapixels, {points}: {shown(seconds)} s by the clock from the photographs to "
-            f"the report, "
-            f"{shown(memory)} GB of memory."
+            f"{name}, 12 megapixels, {points}: {shown(seconds)} s by the clock from the photographs to the "
+            f"report, {shown(memory)} GB of memory."
         )
         tables.append(
             _table(big, "A test of a laboratory's size", ["Quantity", "To reach", name], folded=True)
@@ -87,6 +90,34 @@ def _bounds(words: str) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def _page(folder: Path) -> Facts | None:
+    table = read(folder, "page.csv")
+    if table is None:
+        return None
+    most = table.loc[table["page_s"].idxmax()]
+    note = (
+        f"The slowest page: {most['frames']:.0f} photographs of {most['width_px']:.0f} x "
+        f"{most['height_px']:.0f} px ({most['kind']}) take {shown(float(most['page_s']))} s and weigh "
+        f"{shown(float(most['page_MB']))} MB; the heaviest weighs {shown(float(table['page_MB'].max()))} MB."
+    )
+    names = ["frames", "width_px", "height_px", "kind", "points", "read_s", "player_s", "page_s", "page_MB"]
+    head = [
+        "Photographs",
+        "Width, px",
+        "Height, px",
+        "Kind",
+        "Points",
+        "Reading, s",
+        "Player, s",
+        "Page, s",
+        "Page, MB",
+    ]
+    lead = "The report page against the number of photographs, their size and their kind; by the clock."
+    return Facts(
+        "page", "The report page", lead, (note,), (_table(table[names], "By case", head),), ("page.csv",)
+    )
+
+
 def _photographs(folder: Path) -> Facts | None:
     table = read(folder, "photos.csv")
     if table is None:
@@ -96,12 +127,9 @@ def _photographs(folder: Path) -> Facts | None:
     exact = still[still["error_levels"] == 0]
     note = (
         f"Fastest is {fast['format']} ({shown(fast['ms_per_megapixel'])} ms a megapixel), slowest "
-        f"{slow['format']} "
-        f"({shown(slow['ms_per_megapixel'])}); {len(exact)} of {len(still)} formats are read without any "
-        f"difference, "
-        f"the others within {shown(float(still['error_levels'].max()))} grey levels: the rounding of a "
-        f"grey from "
-        "three colours."
+        f"{slow['format']} ({shown(slow['ms_per_megapixel'])}); {len(exact)} of {len(still)} formats are "
+        f"read without any difference, the others within {shown(float(still['error_levels'].max()))} grey "
+        "levels: the rounding of a grey from three colours."
     )
     head = [
         "Format", "Megapixels", "Megabytes", "Header, ms", "ms a megapixel", "Peak, MB a "

@@ -118,7 +118,7 @@ def verdict(subjects: Sequence[Subject]) -> str:
         )
     return said + (
         f"In {len(panels) - len(beaten)} of {len(panels)} comparisons no measured setting is both faster "
-        f"and more exact."
+        "and more exact."
     )
 
 
@@ -201,11 +201,9 @@ def alt_of(panel: Panel) -> str:
     mine, exact = panel.standard, min(panel.measured, key=lambda p: p.error)
     return (
         f"{panel.title}: {panel.error_label}, against {panel.time_label}, both logarithmic; "
-        f"{len(panel.measured)} "
-        f"settings in {len({p.family for p in panel.points})} families. The default has "
-        f"{shown(mine.error)} at "
-        f"{shown(mine.time)}; the most exact, {exact.family} {exact.setting}, {shown(exact.error)} at "
-        f"{shown(exact.time)}."
+        f"{len(panel.measured)} settings in {len({p.family for p in panel.points})} families. The default "
+        f"has {shown(mine.error)} at {shown(mine.time)}; the most exact, {exact.family} {exact.setting}, "
+        f"{shown(exact.error)} at {shown(exact.time)}."
     )
 
 
@@ -239,12 +237,11 @@ def readme_of(
     lines = [
         "# Speed against error",
         "",
-        f"Made by `ploughval bench`; from the tables alone by `ploughval bench --page`. The page with all "
-        f"tables is "
-        f"[{PAGE}]({PAGE}). {verdict(subjects)}",
+        "Made by `ploughval bench`; from the tables alone by `ploughval bench --page`. The page with all "
+        f"tables is [{PAGE}]({PAGE}). {verdict(subjects)}",
         "",
-        f"Machine: {machine}. Times are CPU of one thread, medians of rounds, compiled before; only "
-        f"ratios travel.",
+        f"Machine: {machine}. Times are CPU of one thread, medians of rounds, compiled before; only ratios "
+        "travel.",
         *(f"\nNot measured: {name} (`ploughval bench {name}`)." for name in missing),
     ]
     for subject in subjects:

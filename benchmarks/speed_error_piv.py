@@ -53,11 +53,9 @@ def subject(folder: Path) -> Subject | None:
         "correlation",
         "Correlation of a pair",
         "Exact pictures of sand, 1024 x 768 px of 8 bit: rigid Gaussian grains of 2.5 to 6 px integrated "
-        "over each "
-        "pixel, so that nothing is interpolated in the truth. First guess and prefilter are in the times. "
-        "Stars are "
-        "other programs on the same pictures, one core each, rounds taken in turn, at their speed under "
-        "translation.",
+        "over each pixel, so that nothing is interpolated in the truth. First guess and prefilter are in "
+        "the times. Stars are other programs on the same pictures, one core each, rounds taken in turn, "
+        "at their speed under translation.",
         panels,
         _choice(table, panels, peers, read(folder, "piv.csv")),
         tuple(t for t in (_peers_table(peers), _settings_table(table), _real_table(folder)) if t is not None),
@@ -125,10 +123,9 @@ def _choice(
 ) -> tuple[str, ...]:
     still, _, band, star = panels
     said = [
-        f"The default ({DEFAULT_WORDS}) has an error of {shown(still.standard.error)} px under "
-        f"translation at noise 3 "
-        f"and {shown(band.standard.error)} px beside a band of 4 px, for {shown(still.standard.time)} and "
-        f"{shown(band.standard.time)} µs a point.",
+        f"The default ({DEFAULT_WORDS}) has an error of {shown(still.standard.error)} px under translation "
+        f"at noise 3 and {shown(band.standard.error)} px beside a band of 4 px, for "
+        f"{shown(still.standard.time)} and {shown(band.standard.time)} µs a point.",
         dominance(still, "Translation"),
         dominance(band, "Beside a band"),
     ]
@@ -144,8 +141,8 @@ def _choice(
     if all(fixed.values()):
         said.append(
             'Without shear bands: shape="fixed" in place of adaptive '
-            f"{against(fixed['translation'], still.standard)} "
-            f"under translation; beside a band it {against(fixed['band'], band.standard)}."
+            f"{against(fixed['translation'], still.standard)} under translation; beside a band it "
+            f"{against(fixed['band'], band.standard)}."
         )
     cubic = still.of("affine, cubic spline").get("31")
     if cubic is not None and fixed["translation"] is not None:
@@ -159,9 +156,8 @@ def _step(still: Panel) -> list[str]:
         return []
     times = 4.0 * close.time / still.standard.time
     return [
-        f"Points 8 px apart in place of 16 px are four times as many and take {shown(times)} times the "
-        f"time of the "
-        f"picture; the error of each is {shown(close.error / still.standard.error)} times as large."
+        f"Points 8 px apart in place of 16 px are four times as many and take {shown(times)} times the time "
+        f"of the picture; the error of each is {shown(close.error / still.standard.error)} times as large."
     ]
 
 

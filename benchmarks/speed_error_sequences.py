@@ -34,12 +34,9 @@ def subject(folder: Path) -> Subject | None:
         "sequences",
         "Tracked sequences",
         "A made test of 25 photographs of 724 x 287 px, 0.25 mm a pixel, a travel of 55 mm. Errors are "
-        "distances from "
-        "the exact place of the same sand in all photographs, of points that had moved by more than a "
-        "pixel. Not "
-        "tracked is moved sand that still stands and whose point was given up or refused. Only the "
-        "tracking is timed, "
-        "in one thread.",
+        "distances from the exact place of the same sand in all photographs, of points that had moved by "
+        "more than a pixel. Not tracked is moved sand that still stands and whose point was given up or "
+        "refused. Only the tracking is timed, in one thread.",
         panels,
         _choice(table, panels),
         tuple(tables),
@@ -80,8 +77,8 @@ def _choice(table: pd.DataFrame, panels: tuple[Panel, ...]) -> tuple[str, ...]:
         one, gone = tracks.of("subset").get(name), lost.of("subset").get(name)
         if one is not None and gone is not None:
             said.append(
-                f"A subset of {name} px {against(one, mine)}, and loses {shown(gone.error)} % of the "
-                f"moved sand."
+                f"A subset of {name} px {against(one, mine)}, and loses {shown(gone.error)} % of the moved "
+                "sand."
             )
     said += _strides(tracks, lost) + _rules(table, tracks, lost) + _threads(table)
     return tuple(said)
@@ -105,8 +102,7 @@ def _strides(tracks: Panel, lost: Panel) -> list[str]:
         return []
     return [
         f"Every second photograph alone {against(half, tracks.standard)}, and {shown(kept.error)} % in "
-        f"place of "
-        f"{shown(lost.standard.error)} % of the moved sand is lost."
+        f"place of {shown(lost.standard.error)} % of the moved sand is lost."
     ]
 
 
@@ -119,10 +115,9 @@ def _rules(table: pd.DataFrame, tracks: Panel, lost: Panel) -> list[str]:
             continue
         said.append(
             f"{name[0].upper()}{name[1:]} photograph as the reference {against(one, tracks.standard)} and "
-            f"loses "
-            f"{shown(gone.error)} % of the moved sand (default {shown(lost.standard.error)} %); of what "
-            f"it tracks "
-            f"{shown(float(wrong[name]))} % is off by more than a pixel (default {shown(mine)} %)."
+            f"loses {shown(gone.error)} % of the moved sand (default {shown(lost.standard.error)} %); of "
+            f"what it tracks {shown(float(wrong[name]))} % is off by more than a pixel (default "
+            f"{shown(mine)} %)."
         )
     return said
 
@@ -134,7 +129,7 @@ def _threads(table: pd.DataFrame) -> list[str]:
     ratio = float(wall["1"] / wall["2"])
     return [
         f"Two threads track a photograph in {shown(float(wall['2']))} ms, {shown(ratio)} times as fast as "
-        f"one."
+        "one."
     ]
 
 
