@@ -12,6 +12,10 @@ from ploughval.photos.pattern import LAGS, Pattern, Texture, pattern_of, texture
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8] | NDArray[np.uint16]
 
+LEAST_GRAIN_PX = 3.0
+"""Finer grains alias: the pixels hold what no interpolation can move rightly (Jones & Iadicola 2018, 2.3)."""
+LEAST_ACROSS = 3.0
+"""Grains that a subset should hold along a side (the same)."""
 NO_TEXTURE: dict[str, Floats] = {"texture": np.empty((0, 2, LAGS)), "texture_squares": np.empty((0, 2))}
 """Arrays of a walk in which no texture was looked at."""
 
@@ -39,3 +43,17 @@ def pattern_from(texture: Floats, squares: Floats, noise: NoiseCurve | None) -> 
 def pattern_record(pattern: Pattern | None) -> dict[str, Any] | None:
     """The grains for run.json."""
     return None if pattern is None else asdict(pattern)
+
+
+def grain_advice(size_px: float, subset_px: int) -> str:
+    """What to do where grains are too fine for the pixels or too coarse for the subset; empty: they suit.
+
+    >>> grain_advice(4.0, 31), grain_advice(12.0, 31)
+    ('', 'beyond a third of the subset: set piv.subset_px to 37 or more')
+    """
+    if size_px < LEAST_GRAIN_PX:
+        return "below 3 px grains alias: more pixels a millimetre, or slightly out of focus"
+    if size_px * LEAST_ACROSS > subset_px:
+        least = 2 * int(np.ceil(size_px * LEAST_ACROSS / 2)) + 1
+        return f"beyond a third of the subset: set piv.subset_px to {least} or more"
+    return ""

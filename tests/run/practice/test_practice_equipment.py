@@ -9,7 +9,7 @@ from ploughval.photos.pattern import texture_of
 from ploughval.photos.reading.exif import Shot
 from ploughval.run.noise import NO_NOISE
 from ploughval.run.pattern import NO_TEXTURE, texture_arrays
-from ploughval.run.practice.equipment import camera_rows, pattern_rows
+from ploughval.run.practice.equipment import camera_rows, pattern_rows, shot_of
 from ploughval.run.practice.rows import Source
 from ploughval.synth import sand_texture
 
@@ -148,3 +148,9 @@ def test_pattern_words_are_those_of_the_settings(make_scene, make_found):
     scene = make_scene({"pattern": "one grain in five dyed <b>"})
     row = patterns(scene, make_found, grains((3.5, 6.0)))["Pattern"]
     assert (row.text, row.source) == ("one grain in five dyed <b>", Source.SETTING)
+
+
+def test_a_series_is_told_by_most_words_and_middle_numbers():
+    shots = (Shot(make="A", exposure_s=0.1), Shot(make="B", exposure_s=0.3), Shot(make="B", exposure_s=0.2))
+    assert shot_of(shots) == Shot(make="B", exposure_s=0.2)
+    assert shot_of(()) == Shot()

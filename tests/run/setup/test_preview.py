@@ -267,3 +267,21 @@ def test_a_blade_that_leans_is_no_fault_without_photographs(folder):
 
 def test_an_upright_blade_does_not_lean(folder):
     assert lean_findings(preview(folder)) == []
+
+
+def grain_remarks(found):
+    return [f for f in found.findings if f.fault.place == "grains"]
+
+
+def test_the_size_of_the_grains_is_told(folder):
+    found = preview(folder)
+    line = next(text for text in found.lines if text.startswith("grains: "))
+    assert 3.0 < float(line.split()[1]) < 4.5  # drawn with 2.5 to 6 px at 1 / e^2: 0.83 of that
+    assert grain_remarks(found) == []
+
+
+def test_grains_that_are_too_coarse_for_the_subset_are_remarked(folder):
+    edit(folder, ("[camera]", "[piv]\nsubset_px = 9\n\n[camera]"))
+    (remark,) = grain_remarks(preview(folder))
+    assert remark.level is Level.REMARK
+    assert "set piv.subset_px to 13 or more" in remark.fault.value

@@ -1,6 +1,7 @@
 """Rows of camera, lens, exposure, scale and pattern."""
 
 from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -9,15 +10,12 @@ from ploughval.photos.pattern import Pattern
 from ploughval.photos.reading.exif import Shot
 from ploughval.run.findings import Findings
 from ploughval.run.noise import curve_from
+from ploughval.run.pattern import LEAST_ACROSS, grain_advice
 from ploughval.run.practice.rows import NAN, Group, Row, Source, told, untold
 from ploughval.scene import Camera, Scene
 from ploughval.tracers.points import spacing_px
 
 CAMERA, PATTERN = Group.CAMERA, Group.PATTERN
-LEAST_GRAIN_PX = 3.0
-"""Finer grains alias: the pixels hold what no interpolation can move rightly (Jones & Iadicola 2018, 2.3)."""
-LEAST_ACROSS = 3.0
-"""Grains that a subset should hold along a side (the same)."""
 _EXPOSED = (
     ("focal_mm", "Focal length", "mm"),
     ("aperture", "Aperture", "f-number"),
@@ -45,6 +43,24 @@ def camera_rows(scene: Scene, found: Findings) -> list[Row]:
     ]
 
 
+def shot_of(shots: tuple[Shot, ...]) -> Shot:
+    """What EXIF says of a series: the words that most photographs hold, and medians of the numbers."""
+
+    def middle(values: Iterable[float | None]) -> float | None:
+        known = [value for value in values if value is not None]
+        return float(np.median(known)) if known else None
+
+    return Shot(
+        make=_most([shot.make for shot in shots]),
+        model=_most([shot.model for shot in shots]),
+        lens=_most([shot.lens for shot in shots]),
+        focal_mm=middle(shot.focal_mm for shot in shots),
+        aperture=middle(shot.aperture for shot in shots),
+        exposure_s=middle(shot.exposure_s for shot in shots),
+        iso=middle(shot.iso for shot in shots),
+    )
+
+
 def _most(values: list[str]) -> str:
     """The value that most frames hold; empty where none does."""
     known = Counter(value for value in values if value)
@@ -58,7 +74,7 @@ def _named(camera: Camera, shots: tuple[Shot, ...]) -> list[Row]:
         ("Camera", ("make", "model"), "Add make and model to [camera]."),
         ("Lens", ("lens",), "Add lens to [camera]."),
     ):
-        by_exif = [_most([getattr(shot, key) for shot in shots]) for key in keys]
+        by_exif = [getattr(shot_of(shots), key) for key in keys]
         as_set = [getattr(camera, key) for key in keys]
         if any(as_set):
             parts, source = [s or e for s, e in zip(as_set, by_exif, strict=True)], Source.SETTING
@@ -176,8 +192,7 @@ def _exposure(scene: Scene, frames: FrameSeries) -> float | None:
     assert scene.camera is not None
     if scene.camera.exposure_s is not None:
         return scene.camera.exposure_s
-    known = [shot.exposure_s for shot in frames.shots if shot.exposure_s is not None]
-    return float(np.median(known)) if known else None
+    return shot_of(frames.shots).exposure_s
 
 
 def _movement(found: Findings) -> list[Row]:
@@ -224,12 +239,14 @@ def _grains(scene: Scene, pattern: Pattern, mm_per_px: float) -> list[Row]:
         remedy = "The texture is not told from noise, or wider than 64 px: check light, focus and scale."
         return [untold(PATTERN, "Grain size", remedy, "px")]
     squares = f"{pattern.squares} squares of {pattern.side_px} px"
-    how = f"width of the autocorrelation at half its height, {squares} of the first photograph"
+    apart = f"the points stand {spacing_px(scene.piv) / size:.2g} grains apart"
+    advice = grain_advice(size, subset) or apart
+    how = f"width of the autocorrelation at half its height, {squares} of the first photograph; {advice}"
     scale_note = "without the uncertainty of the scale"
     across, wide = subset / size, pattern.across_px / pattern.down_px
     share = pattern.contrast_grey / pattern.mean_grey
     return [
-        Row(PATTERN, "Grain size", Source.MEASURED, size, std, "px", note=how + _advice(scene, size)),
+        Row(PATTERN, "Grain size", Source.MEASURED, size, std, "px", note=how),
         Row(PATTERN, "Grain size in the sand", Source.MEASURED, size * mm_per_px, std * mm_per_px, "mm",
             note=scale_note),
         Row(PATTERN, "Grain size, across over down", Source.MEASURED, wide, unit="1",
@@ -239,13 +256,3 @@ def _grains(scene: Scene, pattern: Pattern, mm_per_px: float) -> list[Row]:
         Row(PATTERN, "Contrast", Source.MEASURED, pattern.contrast_grey, unit="grey levels",
             note=f"standard deviation of the texture without noise, {100 * share:.0f} % of the mean grey"),
     ]  # fmt: skip
-
-
-def _advice(scene: Scene, size: float) -> str:
-    """What to do where the grains are too fine for the pixels, or too coarse for the subset."""
-    if size < LEAST_GRAIN_PX:
-        return "; below 3 px grains alias: more pixels a millimetre, or slightly out of focus"
-    if size * LEAST_ACROSS > scene.piv.subset_px:
-        least = 2 * int(np.ceil(size * LEAST_ACROSS / 2)) + 1
-        return f"; beyond a third of the subset: set piv.subset_px to {least} or more"
-    return f"; the points stand {spacing_px(scene.piv) / size:.2g} grains apart"

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from ploughval.errors import ConfigError, DataError, PloughvalError
 from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
+from ploughval.photos.pattern import Pattern, pattern_of, texture_of
 from ploughval.piv import Tracks, correlate
 from ploughval.run.doubts import lean_doubt
 from ploughval.run.first_frame import first_frame
+from ploughval.run.pattern import grain_advice
 from ploughval.run.setup.check_findings import Ledger, Level
 from ploughval.run.setup.check_guesses import check_guesses
 from ploughval.run.setup.check_settings import Settings
@@ -275,6 +277,7 @@ def _first_tracks(scene: Scene, seen: Seen, first: int, ledger: Ledger, lines: l
         expected = "sand ahead of the blade: check tip_px, depth_mm, mm_per_px and direction"
         ledger.note(Level.LOST, frames.name(first), "points", "no place for one in the sand", expected)
         return
+    _say_grains(scene, frames.name(first), pattern_of(texture_of(image, sand)), ledger, lines)
     for frame in range(first + 1, len(frames)):
         try:
             second = frames.read(frame)
@@ -292,6 +295,25 @@ def _first_tracks(scene: Scene, seen: Seen, first: int, ledger: Ledger, lines: l
             ledger.note(Level.LOST, frames.name(frame), "first tracks", text, "most of them", remedy)
         return
     ledger.note(Level.LOST, "", "camera.photos", "no second photograph that can be read", "at least two")
+
+
+def _say_grains(scene: Scene, name: str, pattern: Pattern | None, ledger: Ledger, lines: list[str]) -> None:
+    """How large the sand's grains are, and whether pixels and subset suit them."""
+    if pattern is None:
+        return
+    subset = scene.piv.subset_px
+    if not np.isfinite(pattern.size_px):
+        text = "their size is not told from noise, or is beyond 64 px"
+        ledger.note(Level.REMARK, name, "grains", text, "a texture that is seen: check light and focus")
+        return
+    lines.append(
+        f"grains: {pattern.size_px:.1f} px wide, {subset / pattern.size_px:.1f} across a subset, contrast "
+        f"{pattern.contrast_grey:.3g} at a mean of {pattern.mean_grey:.3g} grey levels"
+    )
+    advice = grain_advice(pattern.size_px, subset)
+    if advice:
+        text = f"{pattern.size_px:.1f} px wide; {advice}"
+        ledger.note(Level.REMARK, name, "grains", text, f"3 px to a third of the subset, {subset} px")
 
 
 def _tracks_text(tracks: Tracks, first: int, frame: int) -> str:
