@@ -1,6 +1,7 @@
 """The files of a result folder, written aside and renamed; run.json comes last."""
 
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from ploughval.run.findings import Findings
 from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.noise import noise_record
 from ploughval.run.pattern import pattern_record
-from ploughval.run.practice import good_practice
+from ploughval.run.practice import good_practice, shot_of
 from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
 from ploughval.scene import Scene
@@ -242,6 +243,7 @@ def run_record(scene: Scene, found: Findings) -> dict[str, Any]:
         "timings_s": {step: round(seconds, 3) for step, seconds in found.timings_s.items()},
         "steps": [step.value for step in scene.steps],
         "frames": _ledger(found),
+        "exif": None if found.frames is None else asdict(shot_of(found.frames.shots)),
         "calibration": _calibration_record(found),
         "noise": None if found.window is None else noise_record(found.window.noise, found.window.noise_line),
         "pattern": pattern_record(found.pattern()),
