@@ -88,7 +88,9 @@ def test_a_photograph_that_cannot_be_read_is_named_with_its_reason(make_pictured
     (folder.parent / "photos" / "f003.png").write_bytes(b"no longer a photograph")
     frames = data_of(chapter_of(folder))["frames"]
     assert "p" not in frames[3]
-    assert "not a picture" in frames[3]["why"]
+    assert "not a picture" in frames[3]["unread"]
+    assert not frames[3]["why"]  # the run had it
+    assert frames[3]["L"]
 
 
 def test_without_photographs_the_sand_is_a_shape_and_the_page_says_why(make_results, tmp_path):

@@ -59,9 +59,10 @@ def player_chapter(results: Results, photographs: Photographs | None) -> Chapter
         return None
     row = _last(shown, lines, pictures)
     data = _data(results, shown, lines, pictures, dots, names)
+    unread = {} if photographs is None else photographs.unread
     for entry in data["frames"]:
-        unread = "" if photographs is None else photographs.unread.get(entry["n"], "")
-        entry["why"] = entry["why"] or unread
+        if entry["n"] in unread and not entry["why"]:
+            entry["unread"] = unread[entry["n"]]
     data["still"] = row
     data["frames"][row].pop("p", None)  # it stands in the drawing
     panels = Panels.of(extent, names)

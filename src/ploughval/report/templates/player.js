@@ -36,7 +36,8 @@ function start() {
     const force = frame.P === null ? "" : `, force ${fixed(frame.P, 1)} N`;
     slider.setAttribute("aria-valuetext", `frame ${frame.n} of ${frames.at(-1).n}, ${travel}${force}${frame.why ? `, lost: ${frame.why}` : ""}`);
     part("stage").setAttribute("aria-label", `Frame ${frame.n}, ${travel}: ${data.panels.join(" above ")}.`);
-    const said = [frame.why && `Frame ${frame.n} was lost: ${frame.why}`, frame.note].filter(Boolean).join(" \u00b7 ");
+    const unread = frame.unread && `The photograph of frame ${frame.n} cannot be read: ${frame.unread}`;
+    const said = [frame.why && `Frame ${frame.n} was lost: ${frame.why}`, unread, frame.note].filter(Boolean).join(" \u00b7 ");
     part("why").textContent = said;
     part("why").hidden = !said;
     // The slider says its own value; what plays is not read out.

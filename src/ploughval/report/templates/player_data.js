@@ -1,5 +1,6 @@
 // What the player is given, unpacked: lines and dots in millimetres, force in newtons.
-// The entries of a frame: n number, u travel, x blade's face as seen, why lost, note of the ledger; P force, s its std, Q predicted;
+// The entries of a frame: n number, u travel, x blade's face as seen, why lost, unread why its photograph
+// is not shown, note of the ledger; P force, s its std, Q predicted;
 // b, bs inclination and its std, c predicted; i, j numbers of the bands; L, M layers measured and predicted;
 // S, T surfaces; B, C outcrops of the bands; d, m, g dots: places, motion, shear; p photograph.
 const player = (window.ploughvalPlayer = {});
