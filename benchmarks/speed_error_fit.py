@@ -37,9 +37,9 @@ def subject(folder: Path) -> Subject | None:
         "Fit of soil parameters",
         f"Errors are root mean squares over {records} made records that the model does not quite describe: "
         "teeth stretched by 3 %, force bent by 1 %, offset of 2 %, gain of 1 %, noise of 1 %; three "
-        f"parameters, intervals included. Errors of so few records are known to {spread:.0f} % of themselves; "
-        "ratios between settings, which see the same records, better. Objectives are compared by a plain "
-        "simplex search without intervals; 'registered' is the one that the fit makes least.",
+        f"parameters, intervals included. Errors of so few records are known to {spread:.0f} % of "
+        "themselves, ratios between settings of the same records better. Objectives are compared by a "
+        "plain simplex search without intervals; 'registered' is the one that the fit makes least.",
         panels,
         _choice(table, panels),
         tuple(tables),
