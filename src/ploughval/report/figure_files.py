@@ -69,6 +69,7 @@ class FilePen(Pen):
             path = self.folder / f"{own}.{kind}"
             _saved(figure, path, {key: _printable(text) for key, text in words.items()})
             self.written.append(path)
+            figure.set_layout_engine(None)  # laid out once, alike in all formats
         width, height = figure.get_size_inches()
         self.alts[own], self.sizes_mm[own] = alt, (25.4 * float(width), 25.4 * float(height))
         return Drawing(Markup(""), caption, own, tuple(data))
