@@ -11,6 +11,7 @@ from ploughval.report.figures.force import MOST_POINTS, thin
 from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MEASURED, SERIES, new_figure, plain, styled
 
+_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1, 1.5)))  # tests differ without their colours
 MOST_NAMES = 12  # in a legend; more would leave no room for the curves
 
 
@@ -66,7 +67,6 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
     """
     figure = new_figure(3.5)
     axes = figure.subplots()
-    dashes = ("-", "--", "-.", ":")
     names = list(dict.fromkeys(history.name for history in histories))
     labelled: set[str] = set()
     most = min(MOST_POINTS, 5 * MOST_POINTS // len(histories))
@@ -79,7 +79,7 @@ def forces_figure(histories: Sequence[History], *, measured: bool = True) -> Fig
             shown["u_mm"] / history.depth_mm,
             shown["force_N"] / history.P0_N,
             color=SERIES[place % len(SERIES)],
-            ls=dashes[place // len(SERIES) % len(dashes)] if measured else "--",
+            ls=_DASHES[place % len(_DASHES)],
             lw=1.4,
             label=None if history.name in labelled else plain(history.name),
         )

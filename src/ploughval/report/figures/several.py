@@ -46,7 +46,7 @@ def scatter_figure(repeats: Sequence[Repeat]) -> Figure:
             axes.plot([side * FARTHEST_PER_CENT] * beyond, [row + 0.08] * beyond, marker, color=colour, ms=7)
     axes.axvline(0, color=INK, lw=0.8)
     _rows(axes, rows, [_named(repeat.metric, repeat.unit) for repeat in repeats])
-    axes.set_xlabel("difference from the mean of the tests, %")
+    axes.set_xlabel("off the mean, %" if narrow() else "difference from the mean of the tests, %")
     axes.barh(np.nan, 0, color=MUTED, alpha=0.3, label="stated")
     axes.plot([], [], color=MEASURED, lw=3, label="s between tests")
     if any(repeat.pooled.verdict == "more" for repeat in repeats):
