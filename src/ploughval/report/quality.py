@@ -29,7 +29,7 @@ def quality_chapter(results: Results, pen: Pen) -> Chapter | None:
                 blade_figure(results.blade),
                 "Blade position seen in the photographs minus the displacement used, against displacement.",
                 "Blade seen in the photographs against the displacement used: a slope would be a wrong "
-                "scale, an offset a wrong clock.",
+                "scale, an offset a wrong clock. Bars: ± std.",
                 name="blade-position",
                 data=("blade.csv",),
             )
@@ -77,7 +77,7 @@ def _noise(entry: NoiseEntry, pen: Pen) -> Drawing:
         f"Noise of the camera against grey level: {said}.",
         f"Noise of one photograph from the difference of the first two, in sand that stays: {said}. Dashed: "
         f"variance in proportion to light, and a floor.{bent} Standard deviations of displacements follow "
-        "the residuals of their own subset, and with them the noise at its grey.",
+        "the residuals of their own subset, and with them the noise at its grey. Bars: ± 2 std.",
         name="camera-noise",
         data=("run.json",),
     )
