@@ -17,6 +17,7 @@ import re
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,13 +59,13 @@ CASES = (
 QUICK = (Case(10, (900, 1200), points=500), Case(40, (900, 1200), points=500))
 
 
-def main() -> None:
-    """Run the cases and print a row for each."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the cases and print a row for each; --out is a file or the folder of page.csv."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--cases", help="places in the list of cases, from 0, joined by commas")
     parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     cases = QUICK if options.quick else CASES
     if options.cases:
         cases = tuple(cases[int(place)] for place in options.cases.split(","))
@@ -79,7 +80,9 @@ def main() -> None:
             writer.writerow(rows[-1])
             sys.stdout.flush()
     if options.out:
-        pd.DataFrame(rows).to_csv(options.out, index=False)
+        target: Path = options.out if options.out.suffix == ".csv" else options.out / "page.csv"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        pd.DataFrame(rows).to_csv(target, index=False)
 
 
 def measured(case: Case, folder: Path) -> dict[str, object]:
