@@ -54,10 +54,16 @@ def _missing(count: int) -> str:
 def _told(title: str, rows: pd.DataFrame) -> Table:
     """A table of what, value, where it comes from and how it was had."""
     cells = [
-        [Cell(row["item"]), value_text(row), Cell(_source(row["source"])), Cell(_sentence(row["note"]))]
+        [
+            Cell(row["item"]),
+            value_cell(row),
+            Cell(_unit(row)),
+            Cell(_source(row["source"])),
+            Cell(_sentence(row["note"])),
+        ]
         for row in rows.to_dict("records")
     ]
-    head = ("What", "Value", "From", "Remarks")
+    head = ("What", "Value", "Unit", "From", "Remarks")
     return Table(title, head, cells, kind="cards", folded=title in _FOLDED)
 
 
@@ -65,29 +71,28 @@ def _source(name: str) -> str:
     return _SOURCES.get(name, name)
 
 
-def value_text(row: Mapping[Hashable, object], digits: int = 4) -> Cell:
-    """A value with its unit, words, or a dash; so many digits where no uncertainty says how many."""
+def value_cell(row: Mapping[Hashable, object], digits: int = 4) -> Cell:
+    """A value, words, or a dash; so many digits where no uncertainty says how many."""
     text, value, std = str(row["text"]), _number(row["value"]), _number(row["std"])
     if text or value is None:
         return Cell(text or MISSING)
-    unit = str(row["unit"])
-    if unit == "f-number":
-        return Cell(f"f/{brief(value, 3)}", value)
-    if unit == "ISO":
-        return Cell(f"ISO {brief(value, 5)}", value)
-    said = number(value, digits) if std is None and digits < 4 else with_std(value, std)
-    if unit == "s" and row["item"] == "Exposure" and value < _SHORT_S:
-        said = f"1/{brief(1 / value, 3)}"
-    shown = unit_text(unit)
-    gap = "" if shown in ("°", "") else "\u00a0"
-    bracket = "±" in said and shown
-    return Cell(f"({said}){gap}{shown}" if bracket else f"{said}{gap}{shown}", value, std=std)
+    return Cell(brief(value, digits) if std is None else with_std(value, std), value, std=std)
+
+
+def _unit(row: Mapping[Hashable, object]) -> str:
+    """The unit of a row that has a number; photographers write short exposures as fractions too."""
+    value, unit = _number(row["value"]), unit_text(str(row["unit"]))
+    if value is None and _number(row["predicted"]) is None:
+        return ""
+    if row["item"] == "Exposure" and unit == "s" and value is not None and value < _SHORT_S:
+        return f"s, 1/{brief(1 / value, 3)}"
+    return unit
 
 
 def _floors(rows: pd.DataFrame) -> Table:
     """A table of noise: what was measured, what was predicted, and their ratio."""
     cells = [_floor(row) for row in rows.to_dict("records")]
-    head = ("Quantity", "Measured", "Predicted", "Measured / predicted", "Remarks")
+    head = ("Quantity", "Measured", "Predicted", "Unit", "Measured / predicted", "Remarks")
     footnotes: Sequence[str] = (
         "Measured: standard deviation of what should not move. Predicted: what the stated standard "
         "uncertainties say of it. A ratio far above 1 means that these are too small; below 1, that they "
@@ -98,14 +103,13 @@ def _floors(rows: pd.DataFrame) -> Table:
 
 def _floor(row: Mapping[Hashable, object]) -> list[Cell]:
     value, predicted = _number(row["value"]), _number(row["predicted"])
-    unit = unit_text(str(row["unit"]))
-    gap = "" if unit in ("°", "") else "\u00a0"
-    stated = Cell(MISSING) if predicted is None else Cell(f"{number(predicted, 2)}{gap}{unit}", predicted)
+    stated = Cell(number(predicted, 2), predicted)
     ratio = Cell(MISSING)
     if value is not None and predicted:
         share = value / predicted
         ratio = Cell(number(share, 2), share, mark="differs" if share > _LARGE else "")
-    return [Cell(str(row["item"])), value_text(row, 2), stated, ratio, Cell(_sentence(str(row["note"])))]
+    note = Cell(_sentence(str(row["note"])))
+    return [Cell(str(row["item"])), value_cell(row, 2), stated, Cell(_unit(row)), ratio, note]
 
 
 def _number(value: object) -> float | None:
