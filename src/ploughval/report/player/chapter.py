@@ -6,17 +6,16 @@ from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
-import pandas as pd
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from ploughval.report.blocks import Chapter
 from ploughval.report.figures.layers import Extent
 from ploughval.report.photographs import Photographs
+from ploughval.report.player.data import player_data
 from ploughval.report.player.dots import Dots, frame_dots
 from ploughval.report.player.frames import Moment, moments, spread
-from ploughval.report.player.history import Curve, curve, envelope_of, values_at
-from ploughval.report.player.lines import FrameLines, Lines, frame_lines
+from ploughval.report.player.lines import Lines, frame_lines
 from ploughval.report.player.pictures import MOST_PICTURES, Pictures, frame_pictures
 from ploughval.report.player.still import Panels, Scene, still
 from ploughval.report.results import Results
@@ -24,7 +23,6 @@ from ploughval.report.scripts import json_block
 from ploughval.report.stages import view
 
 MOST_FRAMES = 300
-_PEAK_KINDS = ("peak", "trough")
 _LAYERS = {
     "photograph": "Photograph",
     "tracks": "Tracked points",
@@ -58,7 +56,7 @@ def player_chapter(results: Results, photographs: Photographs | None) -> Chapter
     if not names:
         return None
     row = _last(shown, lines, pictures)
-    data = _data(results, shown, lines, pictures, dots, names)
+    data = player_data(results, shown, lines, pictures, dots, names)
     unread = {} if photographs is None else photographs.unread
     for entry in data["frames"]:
         if entry["n"] in unread and not entry["why"]:
@@ -76,7 +74,9 @@ def player_chapter(results: Results, photographs: Photographs | None) -> Chapter
         row=row,
         layers=_offered(names, lines, pictures, dots),
         dots=dots,
-        force=results.force is not None or results.model_force is not None,
+        measured=results.force is not None,
+        predicted=results.model_force is not None,
+        marks=_marks(data["force"]),
         block=json_block("player-data", data),
     )
     notes = _notes(every, shown, pictures, photographs, dots)
@@ -138,109 +138,16 @@ def _offered(
     return {key: words for key, words in _LAYERS.items() if there[key]}
 
 
-def _data(
-    results: Results,
-    shown: Sequence[Moment],
-    lines: Lines,
-    pictures: Pictures | None,
-    dots: Dots | None,
-    names: tuple[str, ...],
-) -> dict[str, Any]:
-    """What the script reads; templates/player_data.js names each entry."""
-    values = values_at(results, shown)
-    frames = []
-    for k, moment in enumerate(shown):
-        v, line = values[k], lines.frames[k]
-        entry = {
-            "n": moment.frame, "u": _known(moment.u_mm, 4), "x": _known(moment.blade_mm, 3),
-            "why": moment.reason, "P": _known(v.force_N, 4), "s": _known(v.force_std_N, 4),
-            "Q": _known(v.model_N, 4), "b": _known(v.beta_deg, 2), "bs": _known(v.beta_std_deg, 2),
-            "c": _known(v.model_beta_deg, 2), "i": _known(v.band, 0), "j": _known(v.model_band, 0),
-        }  # fmt: skip
-        if moment.note:
-            entry["note"] = moment.note
-        frames.append(entry | _packed(line) | _dots_of(dots, k) | _picture_of(pictures, moment))
-    tags = [[source, height] for source, height in lines.layers]
-    return {
-        "view": [round(side, 4) for side in view(results)], "panels": list(names),
-        "depth": results.depth_mm, "thickness": results.thickness_mm, "P0": results.P0_N,
-        "tolerance": lines.tolerance_mm, "tags": tags, "frames": frames,
-        "pictures": None if pictures is None else {
-            "kind": pictures.kind, "extent": [round(side, 4) for side in pictures.extent],
-        },
-        "dots": None if dots is None else {
-            "start": list(dots.start), "quantum": dots.quantum_mm, "motion": dots.motion_top,
-            "shear": dots.shear_top, "gauge": round(dots.gauge_mm, 2),
-        },
-        "force": _force(results),
-    }  # fmt: skip
-
-
-def _packed(line: FrameLines) -> dict[str, Any]:
-    texts = {"L": line.layers, "M": line.model_layers, "S": line.surface, "T": line.model_surface}
-    ends = {"B": line.band_mm, "C": line.model_band_mm}
-    known: dict[str, Any] = {key: text for key, text in texts.items() if text}
-    return known | {key: end.round(3).tolist() for key, end in ends.items() if len(end)}
-
-
-def _dots_of(dots: Dots | None, k: int) -> dict[str, str]:
-    if dots is None or not dots.frames[k].places:
-        return {}
-    one = dots.frames[k]
-    return {"d": one.places, "m": one.motion, "g": one.shear}
-
-
-def _picture_of(pictures: Pictures | None, moment: Moment) -> dict[str, str]:
-    if pictures is None or moment.frame not in pictures.data:
-        return {}
-    return {"p": base64.b64encode(pictures.data[moment.frame]).decode("ascii")}
-
-
-def _force(results: Results) -> dict[str, Any] | None:
-    """Curves and marks of the chart, None without a force."""
-    measured, model, envelope = results.force, results.model_force, envelope_of(results)
-    if measured is None and model is None:
-        return None
-    return {
-        "measured": None if measured is None else _curve(curve(measured, ("force_N", "force_std_N"))),
-        "model": None if model is None else _curve(curve(model, ("force_N",))),
-        "envelope": None if envelope is None else _curve(curve(envelope, ("low_N", "high_N"))),
-        "peaks": _peaks(results.peaks),
-        "starts": _starts(results.bands),
-        "modelStarts": _starts(results.model_bands),
-    }
-
-
-def _curve(made: Curve) -> dict[str, Any]:
-    return {
-        "steps": made.steps,
-        "columns": made.columns,
-        "rows": made.rows,
-        "kept": made.kept,
-        "t": made.text,
-    }
-
-
-def _peaks(peaks: pd.DataFrame | None) -> list[list[Any]]:
-    """Source and kind as numbers, u in mm, force in N."""
-    if peaks is None:
-        return []
-    found: list[list[Any]] = []
-    for source, kind, u, force in peaks[["source", "kind", "u_mm", "force_N"]].itertuples(index=False):
-        if kind in _PEAK_KINDS and math.isfinite(u) and math.isfinite(force):
-            found.append([int(source == "model"), _PEAK_KINDS.index(kind), round(u, 3), round(force, 4)])
-    return found
-
-
-def _starts(bands: pd.DataFrame | None) -> list[list[float]]:
-    if bands is None:
-        return []
-    starts = bands[["band", "u_start_mm"]].dropna().to_numpy(dtype=float)
-    return [[band, round(u, 3)] for band, u in starts.tolist()]
-
-
-def _known(value: float, digits: int) -> float | None:
-    return round(float(value), digits) if math.isfinite(value) else None
+def _marks(force: dict[str, Any] | None) -> str:
+    """What the signs on the chart are."""
+    if force is None:
+        return ""
+    there = (
+        ("○ peak", any(kind == 0 for _, kind, _, _ in force["peaks"])),
+        ("△ start of a band", bool(force["starts"] or force["modelStarts"])),
+        ("shaded: 95 % of drawn inputs", force["envelope"] is not None),
+    )
+    return ", ".join(words for words, drawn in there if drawn)
 
 
 def _notes(
