@@ -151,3 +151,21 @@ def test_mirrored_points_order_does_not_matter(kinematics):
     one = find_bands(tracks, surface, scene()).increments
     other = find_bands(shuffled, surface.sample(frac=1, random_state=1), scene()).increments
     pd.testing.assert_frame_equal(one, other, rtol=1e-6)
+
+
+def test_a_band_that_comes_out_beyond_the_picture_is_no_band_and_that_is_said(kinematics, caplog):
+    block_of, tracks_of, surface_of = kinematics
+    u = np.arange(0, 11.0)
+    surface = surface_of(u)
+    found = find_bands(tracks_of(block_of(lambda _: 190.0), u), surface[surface["x_mm"] < 120.0], scene())
+    assert len(found.bands) == 0
+    true = np.degrees(np.arctan2(30, 190 - (found.increments["u_mm"] + 0.5)))
+    assert np.abs(found.increments["beta_deg"] - true).max() < 0.2  # its inclination is known all the same
+    assert "in 10 of 10 increments a band is seen whose outcrop is not" in caplog.text
+
+
+def test_a_band_within_the_picture_raises_no_such_word(kinematics, caplog):
+    block_of, tracks_of, surface_of = kinematics
+    u = np.arange(0, 11.0)
+    find_bands(tracks_of(block_of(lambda _: 80.0), u), surface_of(u), scene())
+    assert "outcrop is not" not in caplog.text

@@ -1,5 +1,6 @@
 """Shear bands from the motion between photographs: a moving block, still sand, a line through the tip."""
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,10 @@ from ploughval.tracers.scatter import common_scale, widened
 from ploughval.tracers.switches import as_it_began, start_of
 from ploughval.tracers.view import Floats
 
+log = logging.getLogger(__name__)
+
 NO_BAND = -1
+_HIDDEN = (2, 0.1)  # increments with a band and no outcrop, at least, and of those with a band: said
 _LEAST_TRAVEL_STDS = 5.0  # travel of an increment, in standard deviations of a point's motion
 _LEAST_POINTS = 8
 _LEAST_INCREMENTS = 5  # that tell how well the blade's displacement is known
@@ -67,6 +71,7 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
     for number, episode in enumerate(episodes):
         band[episode.rows] = number
     table["band"] = band
+    _say_hidden(table)
     _scale_stds(table)
     starts = [start_of(motions, table, episodes, number) for number in range(len(episodes))]
     _name_switches(table, [start for start, _ in starts[1:]])
@@ -75,6 +80,19 @@ def find_bands(tracks: xr.Dataset, surface: pd.DataFrame, scene: Scene) -> BandF
         [_band(number, table, began, starts) for number in range(len(episodes))], columns=list(BAND_COLUMNS)
     )
     return BandFindings(bands.astype({"band": int}), table[list(INCREMENT_COLUMNS)])
+
+
+def _say_hidden(table: pd.DataFrame) -> None:
+    """Bands that come out where no surface is seen are in no row of the bands: said."""
+    seen = table["beta_deg"].notna()
+    hidden = int((seen & table["outcrop_x_mm"].isna() & (table["band"] == NO_BAND)).sum())
+    if hidden >= _HIDDEN[0] and hidden >= _HIDDEN[1] * seen.sum():
+        log.warning(
+            "bands: in %d of %d increments a band is seen whose outcrop is not: it comes out where the "
+            "photographs show no surface. increments.csv has its inclination, bands.csv leaves it out",
+            hidden,
+            int(seen.sum()),
+        )
 
 
 _COLUMNS = [
