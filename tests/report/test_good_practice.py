@@ -79,6 +79,13 @@ def test_results_without_the_table_have_no_chapter(results):
     assert chapter(results, []) is None
 
 
+def test_a_test_without_photographs_is_not_asked_for_a_report_on_correlation(results):
+    assert "image correlation" in chapter(results).lead
+    found = chapter(results, [row for row in ROWS if row[0] == "noise floors"])
+    assert "image correlation" not in found.lead
+    assert [table.caption for table in found.tables] == ["Noise floors"]
+
+
 def test_the_table_is_read_from_the_folder_and_its_text_is_no_markup(result_folder, tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()

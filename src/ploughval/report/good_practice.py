@@ -18,6 +18,11 @@ _TITLES = {
     "correlation": "Correlation",
     "strain": "Strain",
 }
+_LEAD = (
+    "What a report on digital image correlation should tell (Jones & Iadicola 2018, A Good Practices Guide for "
+    "Digital Image Correlation, doi 10.32720/idics/gpg.ed1)."
+)
+_FORCE_LEAD = "Noise of what was measured, at rest and as the stated uncertainties predict it."
 _FOLDED = ("Camera and photographs", "Correlation", "Strain")
 _SOURCES = {"exif": "EXIF"}
 _UNTOLD = "not told"
@@ -37,10 +42,7 @@ def good_practice_chapter(results: Results) -> Chapter | None:
         if len(rows):
             tables.append(_told(title, rows))
     missing = int((table["source"] == _UNTOLD).sum())
-    lead = (
-        "What a report on digital image correlation should tell (Jones & Iadicola 2018, A Good Practices "
-        "Guide for Digital Image Correlation, doi 10.32720/idics/gpg.ed1)."
-    )
+    lead = _LEAD if len(floors) < len(table) else _FORCE_LEAD
     notes = [_missing(missing)] if missing else []
     return Chapter("good-practice", "Good practice", lead=lead, tables=tables, notes=notes)
 
