@@ -19,8 +19,8 @@ _TITLES = {
     "strain": "Strain",
 }
 _LEAD = (
-    "What a report on digital image correlation should tell (Jones & Iadicola 2018, A Good Practices Guide for "
-    "Digital Image Correlation, doi 10.32720/idics/gpg.ed1)."
+    "What a report on digital image correlation should tell (Jones & Iadicola 2018, A Good Practices Guide "
+    "for Digital Image Correlation, doi 10.32720/idics/gpg.ed1)."
 )
 _FORCE_LEAD = "Noise of what was measured, at rest and as the stated uncertainties predict it."
 _FOLDED = ("Camera and photographs", "Correlation", "Strain")
