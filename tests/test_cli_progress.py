@@ -265,3 +265,23 @@ def test_the_page_of_the_command_line_names_every_command_and_option():
         for parameter in command.params:
             for option in (name for name in parameter.opts if name.startswith("--")):
                 assert re.search(rf"`{option}[ `]", text), f"{verb} {option}"
+
+
+def test_warnings_of_python_and_of_the_log_are_json_lines_too(model_only):
+    code = (
+        "import logging, sys, warnings, ploughval.model as model\n"
+        "def simulate(*_, **__):\n"
+        "    warnings.warn('of python')\n"
+        "    logging.getLogger('ploughval').warning('of the log')\n"
+        "    raise RuntimeError('a fault')\n"
+        "model.simulate = simulate\n"
+        "from ploughval.cli import app\n"
+        f"app(['--debug', 'simulate', {str(model_only)!r}, '--json'])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == json.loads(done.stdout)["exit_code"] == 3
+    events = [json.loads(line) for line in done.stderr.splitlines()]
+    logged = [event["text"] for event in events if event["event"] == "log" and event["level"] == "warning"]
+    assert any("of python" in text for text in logged)
+    assert "of the log" in logged
+    assert any("RuntimeError: a fault" in event["text"] for event in events if event["event"] == "log")

@@ -5,7 +5,7 @@ import json
 import logging
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from typing import Any
 
 import typer
@@ -59,12 +59,17 @@ class Talk:
 @contextmanager
 def command(as_json: bool = False) -> Iterator[Talk]:
     """Turn what a command raises into its message and exit code: no traceback for what a user can cause."""
+    talk = Talk(as_json)
+    with _log_as_json() if as_json else nullcontext(), _answers(talk):
+        yield talk
+
+
+@contextmanager
+def _answers(talk: Talk) -> Iterator[None]:
     from ploughval.errors import PloughvalError
 
-    talk = Talk(as_json)
     try:
-        with _log_as_json(talk) if as_json else _nothing():
-            yield talk
+        yield
     except PloughvalError as error:
         talk.summary["error"] = str(error)
         raise talk.fail(REFUSED, f"refused: {error}") from None
@@ -109,11 +114,6 @@ class Verbs(TyperGroup):
         sys.exit(code or DONE)
 
 
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield
-
-
 class _JsonFormatter(logging.Formatter):
     """A line of the log as a JSON line."""
 
@@ -144,14 +144,16 @@ class _Heard(io.TextIOBase):
 
 
 @contextmanager
-def _log_as_json(talk: Talk) -> Iterator[None]:
-    """The log as JSON lines."""
+def _log_as_json() -> Iterator[None]:
+    """The log, and warnings of Python with it, as JSON lines."""
     before = [(handler, handler.formatter) for handler in logging.getLogger().handlers]
     for handler, _ in before:
         handler.setFormatter(_JsonFormatter())
+    logging.captureWarnings(True)
     try:
         yield
     finally:
+        logging.captureWarnings(False)
         for handler, formatter in before:
             handler.setFormatter(formatter)
 
