@@ -12,7 +12,8 @@ from typing import Any
 
 from pydantic import Field, ValidationError
 
-from ploughval.errors import ConfigError, Fault
+from ploughval.errors import ConfigError, DataError, Fault
+from ploughval.limits import SETTINGS_BYTES, read_limited
 from ploughval.scene_base import Table
 from ploughval.scene_camera import Board, Camera, Interval, Window
 from ploughval.scene_cells import CellCalibration, LoadCells, LogColumns, Staircase
@@ -221,15 +222,19 @@ def _conflicts(table: type[Table], values: Mapping[str, Any], place: str = "") -
 
 def _read_toml(source: Path) -> dict[str, Any]:
     try:
-        text = source.read_bytes().decode("utf-8-sig")
+        remedy = "Take out what the test does not need."
+        text = read_limited(source, SETTINGS_BYTES, remedy).decode("utf-8-sig")
         return tomllib.loads(text)
     except FileNotFoundError:
         remedy = f"Write one with: ploughval init {source.parent}" if source.parent.is_dir() else ""
         fault = Fault("file", "nothing", "a test folder, or its test.toml", remedy)
     except tomllib.TOMLDecodeError as error:
         line = re.search(r"at line (\d+)", str(error))
-        wrong = repr(text.splitlines()[int(line[1]) - 1].strip()[:80]) if line else "the end of the file"
+        lines = text.split("\n")
+        wrong = repr(lines[int(line[1]) - 1].strip()[:80]) if line else "the end of the file"
         fault = Fault(f"line {line[1]}" if line else "file", wrong, "TOML", f"{error}.")
+    except DataError as error:
+        fault = Fault("file", "nothing that can be read", "a test.toml", f"{error}.")
     except RecursionError:
         fault = Fault("file", "brackets in brackets without end", "TOML")
     except (OSError, ValueError) as error:

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from ploughval.errors import Fault
+from ploughval.limits import FILE_BYTES, size_in_words
 
 Values = Mapping[str, Any]
 Location = tuple[int | str, ...]
@@ -198,28 +199,90 @@ def _shown(value: Any) -> str:
 
 
 def find_files(folder: Path, pattern: str) -> list[Path]:
-    """Files of a folder with that name or, failing that, that match a pattern; sorted by name."""
+    """Files of a folder with that name or, failing that, that match a pattern; sorted by name.
+
+    A file outside the folder, to which a symbolic link leads, is none of them.
+    """
+    return [path for path in _matching(folder, pattern) if _within(folder, path)]
+
+
+def _matching(folder: Path, pattern: str) -> list[Path]:
     try:
         if (folder / pattern).is_file():
             return [folder / pattern]
         return sorted(p for p in folder.glob(pattern) if p.is_file())
-    except (ValueError, NotImplementedError, OSError):
+    except (ValueError, NotImplementedError, OSError, RuntimeError):
         return []
 
 
+def _within(folder: Path, path: Path) -> bool:
+    """Whether a file lies in the folder once every link is followed."""
+    try:
+        return path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError):  # links that go in circles
+        return False
+
+
 def file_faults(data: Values, folder: Path) -> list[Fault]:
-    """Faults of the files and patterns that a test.toml names; values of wrong type are passed over."""
+    """Faults of the files and patterns that a test.toml names; values of wrong type are passed over.
+
+    Empty-box runs that are not there are none: the force can do without one, and says so.
+    """
     faults = []
     for place, name, is_pattern in _named_files(data):
         if not name.strip() or "\0" in name or _leaves(name):
             expected = "a path inside the test folder, with forward slashes"
-            faults.append(
-                Fault(place, _shown(name), expected, "Copy or link the files into the test folder.")
-            )
-        elif not (find_files(folder, name) if is_pattern else (folder / name).is_file()):
+            faults.append(Fault(place, _shown(name), expected, "Copy the files into the test folder."))
+            continue
+        found = _matching(folder, name) if is_pattern else _named(folder, name)
+        faults += _unusable(place, folder, found)
+        if not found and not place.startswith("loadcells.empty"):
             expected = "at least one file that matches" if is_pattern else "an existing file"
             faults.append(Fault(place, _shown(name), expected, _near(folder, name)))
     return faults
+
+
+def _named(folder: Path, name: str) -> list[Path]:
+    try:
+        return [folder / name] if (folder / name).is_file() else []
+    except (ValueError, OSError):
+        return []
+
+
+def _unusable(place: str, folder: Path, found: list[Path]) -> list[Fault]:
+    """The first of the files that is outside, one whose name is no text, one that is too large."""
+    outside = [p for p in found if not _within(folder, p)]
+    inside = [p for p in found if p not in outside]
+    nameless = [p for p in inside if not _is_text(p.relative_to(folder).as_posix())]
+    large = [p for p in inside if _size(p) > FILE_BYTES]
+    faults = []
+    if outside:
+        got = f"{_shown(outside[0].relative_to(folder).as_posix())}, which lies outside the test folder"
+        expected = "files that lie inside it, symbolic links followed"
+        faults.append(Fault(place, got, expected, "Copy the files into the test folder."))
+    if nameless:
+        got = ascii(nameless[0].name)
+        faults.append(Fault(place, got, "a name in UTF-8", "Rename the file, best in letters and digits."))
+    if large:
+        got = f"{_shown(large[0].name)} of {size_in_words(_size(large[0]))}"
+        expected = f"files of at most {size_in_words(FILE_BYTES)}"
+        faults.append(Fault(place, got, expected, "Keep only the part of the test in it."))
+    return faults
+
+
+def _is_text(name: str) -> bool:
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
 
 
 def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
@@ -268,8 +331,11 @@ def _leaves(name: str) -> bool:
 def _near(folder: Path, name: str) -> str:
     """What stands where the file was sought."""
     place = (folder / name).parent
-    place = place if place.is_dir() else folder
-    there = sorted(p.name + "/" * p.is_dir() for p in place.iterdir()) if place.is_dir() else []
+    try:
+        place = place if place.is_dir() else folder
+        there = sorted(p.name + "/" * p.is_dir() for p in place.iterdir())
+    except OSError as error:
+        return f"{place} cannot be looked into: {error.strerror}."
     close = difflib.get_close_matches(Path(name).name, there, n=3, cutoff=0.3) or there[:3]
     return (
         f"{place} holds {', '.join(close)}{', ...' if len(there) > len(close) else ''}."

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.errors import DataError
+from ploughval.limits import LOG_ROWS
 from ploughval.loadcells.logs.checks import check_columns
 from ploughval.loadcells.logs.clock import read_clock
 from ploughval.loadcells.logs.ends import stops_early
@@ -110,7 +111,15 @@ def _collected(
 ) -> tuple[dict[str, NDArray[np.float64]], tuple[FileRows, ...], list[str], list[str]]:
     """Columns of all files, where their rows stand, faults, and notes."""
     wanted = wanted_columns(columns, rate_hz=rate_hz)
-    raws = [_read(path, wanted) for path in files]
+    raws: list[RawLog] = []
+    for path in files:
+        raws.append(_read(path, wanted))
+        if sum(raw.rows.count for raw in raws) > LOG_ROWS:
+            raise DataError(
+                f"makes more than {LOG_ROWS // 1_000_000} million rows with the files before it; expected at "
+                "most as many in one log. Thin it out",
+                path=path,
+            )
     clock = read_clock(raws, rate_hz=rate_hz)
     faults: list[str] = []
     notes = list(clock.notes)

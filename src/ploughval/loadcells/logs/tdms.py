@@ -1,5 +1,6 @@
 """Logs written by LabVIEW as TDMS files, read through the package nptdms."""
 
+import logging
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.errors import DataError, MissingExtraError
+from ploughval.limits import LOG_BYTES, refuse_large
 from ploughval.loadcells.logs.names import VALUE_COLUMNS, Wanted, column_unit, find_places, matches
 from ploughval.loadcells.logs.raw import RawLog
 from ploughval.loadcells.logs.rows import FileRows
@@ -82,11 +84,16 @@ def _channels(path: Path) -> dict[str, Any]:
     """Every channel under group/name and, where no other group has one of that name, its name alone."""
     try:
         from nptdms import TdmsFile
+        from nptdms.log import log_manager
     except ImportError:
         raise MissingExtraError("nptdms", "tdms", f"Reading {path}") from None
     try:
+        refuse_large(path, LOG_BYTES, "Keep only the channels and the part of the test in it")
+        log_manager.set_level(logging.CRITICAL + 1)  # it logs traces of its own code; the error tells enough
         file = TdmsFile.read(path)
         groups = file.groups()
+    except DataError:
+        raise
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}", path=path) from None
     except Exception as error:  # a spoiled binary file can raise anything within that package

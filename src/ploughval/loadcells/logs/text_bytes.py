@@ -9,8 +9,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ploughval.errors import DataError
+from ploughval.limits import LINE_BYTES, LOG_BYTES, LOG_ROWS, refuse_large, size_in_words
 
 _BLOCK = 1 << 24
+_REMEDY = "Thin it out or part it: [loadcells] log may list several files"
+_PACKED = {
+    b"\x1f\x8b": "gzip",
+    b"BZh": "bzip2",
+    b"\xfd7zXZ": "xz",
+    b"(\xb5/\xfd": "zstd",
+    b"7z\xbc\xaf": "7z",
+}
 _SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # of Excel and LibreOffice, new and old
 _START = 262_144
 _TAIL = 65_536
@@ -71,16 +80,18 @@ def look_through(path: Path) -> TextBytes:
     Raises
     ------
     DataError
-        The file cannot be read, or is a spreadsheet.
+        The file cannot be read, is a spreadsheet or packed, or is larger than any log that is read.
     """
     try:
+        refuse_large(path, LOG_BYTES, _REMEDY)
         with path.open("rb") as file:
             start = file.read(_START)
-            if start.startswith(_SPREADSHEETS):
-                raise DataError("is a spreadsheet; expected a text table. Save it as CSV", path=path)
+            _refuse_kind(path, start)
             file.seek(0)
             nuls, returns, tail = False, 0, b""
+            size = _Size(path)
             while block := file.read(_BLOCK):
+                size.take(block)
                 nuls = nuls or b"\0" in block
                 if b"\r" in block or tail.endswith(b"\r"):
                     returns += block.count(b"\r") - block.count(b"\r\n")
@@ -93,6 +104,57 @@ def look_through(path: Path) -> TextBytes:
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}", path=path) from None
     return _made_plain(path, data, encoding)
+
+
+def _refuse_kind(path: Path, start: bytes) -> None:
+    if start.startswith(_SPREADSHEETS):
+        raise DataError("is a spreadsheet; expected a text table. Save it as CSV", path=path)
+    packed = next((name for sign, name in _PACKED.items() if start.startswith(sign)), None)
+    if packed is not None:
+        raise DataError(f"is packed ({packed}); expected a text table. Unpack it", path=path)
+
+
+class _Size:
+    """Lines of a file and the length of the longest, refused as soon as they are too many or too long."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._feeds = self._returns = self._since = 0
+
+    def take(self, block: bytes) -> None:
+        """The next block."""
+        feeds, returns = block.count(b"\n"), block.count(b"\r")
+        sign = b"\n" if feeds else b"\r"
+        self._refuse_long(block, sign)
+        self._feeds, self._returns = self._feeds + feeds, self._returns + returns
+        count = max(self._feeds, self._returns)
+        if count > LOG_ROWS:
+            raise DataError(
+                f"holds more than {LOG_ROWS // 1_000_000} million rows; expected at most as many. {_REMEDY}",
+                path=self._path,
+            )
+
+    def _refuse_long(self, block: bytes, sign: bytes) -> None:
+        place = 0
+        while place < len(block):
+            end = block.find(sign, place)
+            stop = len(block) if end < 0 else end
+            length = stop - place
+            if self._since + length > LINE_BYTES:  # NUL bytes are no text: a file's end may hold many
+                length -= block.count(0, place, stop)
+            if self._since + length > LINE_BYTES:
+                line = max(self._feeds, self._returns) + block.count(sign, 0, place) + 1
+                raise DataError(
+                    f"line {line} is longer than {size_in_words(LINE_BYTES)}; expected a text table with one "
+                    "row a line",
+                    path=self._path,
+                )
+            if end < 0:
+                self._since += length
+                return
+            # from the last end of line within reach on: no line between is longer
+            near = block.rfind(sign, place, place + LINE_BYTES)
+            place, self._since = max(near, end) + 1, 0
 
 
 def _made_plain(path: Path, data: bytes, encoding: str) -> TextBytes:

@@ -79,6 +79,8 @@ def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
         above = [k for k in range(first) if len(rows[k]) == len(rows[first]) and any(rows[k])]
         named = above[0] if above else None
     width = len(rows[first])
+    if separator == "," and named is not None:
+        _refuse_decimal_commas(rows[named], rows[first:], content.path)
     names = rows[named] if named is not None else [str(k + 1) for k in range(width)]
     names = [*names, *(f"column {k + 1}" for k in range(len(names), width))]
     filled = [] if named is None else [rows[k] for k in range(named + 1, first) if any(rows[k])]
@@ -87,6 +89,21 @@ def find_dialect(content: TextBytes, wanted: Wanted) -> Dialect:
     cells = [line for line in head[first:] if line.strip()]
     quoted = 2 * sum('"' in line for line in cells) >= len(cells)
     return Dialect(separator, decimal, tuple(names), tuple(below), first, quoted)
+
+
+def _refuse_decimal_commas(header: Sequence[str], rows: Sequence[Sequence[str]], path: Path) -> None:
+    """DataError where most rows hold numbers in about twice as many fields as headers: 0,5,1,25."""
+    beyond = [row[len(header) :] for row in rows if any(row)]
+    cut = [
+        row for row in beyond if len(row) > 1 and len(row) >= len(header) - 1 and all(map(_is_number, row))
+    ]
+    if 2 * len(cut) > len(beyond):
+        raise DataError(
+            f"rows of {len(header) + len(cut[0])} numbers under {len(header)} headers, as where commas "
+            "stand before decimals and between columns. Save it with semicolons between columns, or with "
+            "decimal points",
+            path=path,
+        )
 
 
 def _head(content: TextBytes) -> list[str]:

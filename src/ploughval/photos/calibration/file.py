@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, DataError
+from ploughval.limits import SETTINGS_BYTES, read_limited
 from ploughval.photos.calibration.camera_fit import TermTest
 from ploughval.photos.calibration.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.calibration.lens import TERMS, Lens
@@ -106,7 +107,7 @@ def read_calibration(path: Path, shape: tuple[int, int] | None = None) -> Calibr
 
 def _read(path: Path) -> _File:
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
+        values = json.loads(read_limited(path, SETTINGS_BYTES, _REMEDY).decode("utf-8"))
         version = values.get("version") if isinstance(values, dict) else None
         if version != VERSION:
             raise DataError(f"version: got {version!r}; expected {VERSION}. {_REMEDY}", path=path)

@@ -1,6 +1,7 @@
 """Picture files to samples as they are stored: no turning by EXIF, 16 bit stays 16 bit, alpha ignored."""
 
 import lzma
+import re
 import struct
 import warnings
 import zlib
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from ploughval.errors import DataError
+from ploughval.limits import PICTURE_BYTES, PICTURE_PIXELS, PICTURES, read_limited
 from ploughval.photos.reading import gif, raw, tiff, video
 from ploughval.photos.reading.exif import PNG_MAGIC, load_png, read_tags
 from ploughval.photos.reading.grey import Channel, Samples, to_grey
-from ploughval.photos.reading.header import Header
+from ploughval.photos.reading.header import Header, refuse_large_shape
 from ploughval.photos.reading.pillow import samples_of
 
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
@@ -40,8 +42,10 @@ _BROKEN = (
     zlib.error,
     tifffile.TiffFileError,
     cv2.error,
-    Image.DecompressionBombError,
 )
+_TOO_LARGE = "Save it anew, cropped or without what is not the picture."
+# Pillow warns from half of the size on that is refused here
+warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
 
 
 def read_header(path: Path) -> Header:
@@ -57,11 +61,19 @@ def read_header(path: Path) -> Header:
     with naming_faults(path, "read"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of damaged EXIF blocks; the picture may be sound
         start = _first_bytes(path)
-        if path.suffix.lower() in raw.ENDINGS:
-            return raw.raw_header(path)
-        if path.suffix.lower() in video.ENDINGS:
-            return video.video_header(path)
-        return tiff.tiff_header(path) if start[:4] in tiff.MAGIC else _pillow_header(path, start)
+        header = _header(path, start)
+        refuse_large_shape(header.shape[1], header.shape[0])
+        if len(header.pages) > PICTURES:
+            raise ValueError(f"it holds {len(header.pages)} pictures; expected at most {PICTURES}")
+        return header
+
+
+def _header(path: Path, start: bytes) -> Header:
+    if path.suffix.lower() in raw.ENDINGS:
+        return raw.raw_header(path)
+    if path.suffix.lower() in video.ENDINGS:
+        return video.video_header(path)
+    return tiff.tiff_header(path) if start[:4] in tiff.MAGIC else _pillow_header(path, start)
 
 
 def decode(path: Path, page: int = 0, *, channel: Channel = "grey") -> Samples:
@@ -97,6 +109,14 @@ def naming_faults(path: Path, action: str) -> Iterator[None]:
         yield
     except UnidentifiedImageError:
         raise DataError(_unidentified(path), path=path) from None
+    except Image.DecompressionBombError as error:
+        found = re.search(r"\((\d+) pixels\)", str(error))
+        count = f"{int(found[1]):,} px".replace(",", " ") if found else "too many pixels"
+        raise DataError(
+            f"cannot be {action}: it says that it holds {count}; expected at most "
+            f"{PICTURE_PIXELS // 1_000_000} million px. Crop it, or take it out",
+            path=path,
+        ) from None
     except _BROKEN as error:
         raise DataError(f"cannot be {action}: {error or type(error).__name__}", path=path) from error
 
@@ -118,7 +138,10 @@ def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
     if start[:4] in tiff.MAGIC:
         return tiff.decode_tiff(path, page)
     if _png_bits(start) == 16 or start.startswith(_JPEG2000_MAGIC):
-        return _decode_opencv(path.read_bytes())  # Pillow keeps 8 of the 16 bits of colours
+        with Image.open(path) as image:
+            refuse_large_shape(*image.size)
+        # Pillow keeps 8 of the 16 bits of colours
+        return _decode_opencv(read_limited(path, PICTURE_BYTES, _TOO_LARGE))
     return _decode_pillow(path, page, luma=channel == "grey")
 
 
@@ -163,6 +186,7 @@ def _pillow_header(path: Path, start: bytes) -> Header:
 
 def _decode_pillow(path: Path, page: int, *, luma: bool) -> Samples:
     with Image.open(path) as image:
+        refuse_large_shape(*image.size)
         if page:
             image.seek(page)
         if luma and image.format in ("JPEG", "MPO"):

@@ -16,6 +16,7 @@ _EXIF_IFD = 0x8769
 _MAKE, _MODEL, _SERIAL = 0x010F, 0x0110, 0xA431
 _LENS_MAKE, _LENS = 0xA433, 0xA434
 _EXPOSURE, _APERTURE, _ISO, _FOCAL = 0x829A, 0x829D, 0x8827, 0x920A
+_BLOCK_BYTES = 1 << 24
 _DATE, _SUBSECOND, _OFFSET = 0x9003, 0x9291, 0x9011
 
 
@@ -122,7 +123,7 @@ def load_png(path: Path) -> Image.Exif:
         while len(head := file.read(8)) == 8:
             length, kind = struct.unpack(">I4s", head)
             if kind == b"eXIf":
-                exif.load(file.read(length))
+                exif.load(file.read(min(length, _BLOCK_BYTES)))
                 break
             file.seek(length + 4, io.SEEK_CUR)
     return exif

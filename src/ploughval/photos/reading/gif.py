@@ -6,6 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from ploughval.limits import PICTURE_BYTES, read_limited
 from ploughval.photos.reading.grey import Samples
 from ploughval.photos.reading.header import Header
 from ploughval.photos.reading.pillow import samples_of
@@ -30,7 +31,7 @@ class GifFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._image = Image.open(io.BytesIO(path.read_bytes()))
+        self._image = Image.open(io.BytesIO(read_limited(path, PICTURE_BYTES, "Part it.")))
 
     def read(self, page: int) -> Samples:
         """Samples of a picture, (H, W) or (H, W, 3)."""

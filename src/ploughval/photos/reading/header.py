@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from ploughval.limits import PICTURE_PIXELS, PICTURE_SIDE_PX
 from ploughval.photos.reading.exif import Tags
 
 
@@ -19,3 +20,12 @@ class Header:
     tags: Tags = field(default_factory=Tags)
     page_time_s: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+def refuse_large_shape(width: int, height: int) -> None:
+    """Raise ValueError for a picture of more pixels than are decoded, by what its header says."""
+    if width * height > PICTURE_PIXELS or max(width, height) > PICTURE_SIDE_PX:
+        raise ValueError(
+            f"it says that it is {width} x {height} px; expected at most {PICTURE_PIXELS // 1_000_000} "
+            f"million px and {PICTURE_SIDE_PX} px a side. Crop it, or take it out"
+        )

@@ -11,16 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ploughval.photos.reading.header import refuse_large_shape
+
 UNPACKED = frozenset(
     {1, 5, 8, 32946, 32773, 34925, 50000}
 )  # none, LZW, deflate twice, PackBits, LZMA, Zstandard
-_BY_PYTHON: dict[int, Callable[[bytes], bytes]] = {
-    1: bytes,
-    8: zlib.decompress,
-    32946: zlib.decompress,
-    34925: lzma.decompress,
+_BY_PYTHON: dict[int, Callable[[bytes, int], bytes]] = {
+    1: lambda packed, most: packed[:most],
+    8: lambda packed, most: zlib.decompressobj().decompress(packed, most),
+    32946: lambda packed, most: zlib.decompressobj().decompress(packed, most),
+    34925: lambda packed, most: lzma.LZMADecompressor().decompress(packed, most),
 }
-"""Compressions that libtiff is not asked for: it passes over some faults in them."""
+"""Compressions that libtiff is not asked for: it passes over some faults in them.
+
+What is unpacked beyond the bytes of a segment is never made: a small file can hold very many.
+"""
 _NO_PREDICTOR, _DIFFERENCES = 1, 2
 
 
@@ -50,6 +55,7 @@ def assemble(page: Any) -> NDArray[np.uint8] | NDArray[np.uint16]:
     tall, wide = (
         (int(page.tilelength), int(page.tilewidth)) if page.is_tiled else (int(page.rowsperstrip), width)
     )
+    refuse_large_shape(wide, tall if page.is_tiled else 1)
     across, down = -(-width // wide), -(-height // tall)
     planes = int(page.samplesperpixel) if apart else samples
     picture = np.empty((height, width, planes), np.uint8 if bits <= 8 else np.uint16)
@@ -76,7 +82,9 @@ def _unpack(packed: bytes, page: Any, row_bytes: int, rows: int) -> NDArray[np.u
     """The bytes of a segment, (rows, row_bytes); by libtiff as a grey picture of bytes."""
     code = int(page.compression)
     if code in _BY_PYTHON:
-        data = np.frombuffer(_BY_PYTHON[code](packed), np.uint8)
+        data = np.frombuffer(
+            _BY_PYTHON[code](packed, rows * row_bytes + 1), np.uint8
+        )  # one more: to the checksum
         if page.fillorder == 2:
             data = np.packbits(np.unpackbits(data, bitorder="little"))
         if data.size < rows * row_bytes:

@@ -1,14 +1,29 @@
 """Times of photographs from a CSV table."""
 
 import csv
+import io
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from ploughval.errors import DataError
+from ploughval.limits import SETTINGS_BYTES, read_limited
 from ploughval.photos.series.times import FrameTimes, exact, shorten
+
+_LATEST_S = 1e12
+
+
+class _Reader(Protocol):
+    """What csv.reader gives."""
+
+    line_num: int
+
+    def __next__(self) -> list[str]: ...
+
+    def __iter__(self) -> Iterator[list[str]]: ...
 
 
 def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
@@ -42,7 +57,7 @@ def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
     time_s, used = np.full(len(names), np.nan), defaultdict(list)
     unknown: list[str] = []
     for line, name, value in rows:
-        wanted = name.replace("\\", "/").removeprefix("./")
+        wanted = name if name in frames else name.replace("\\", "/").removeprefix("./")
         if wanted not in frames and len(bare.get(wanted, ())) == 1:
             (wanted,) = bare[wanted]
         if wanted not in frames:
@@ -61,12 +76,22 @@ def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
 def _read_rows(table: Path) -> list[tuple[int, str, float]]:
     """Line, file and time of each row that is not blank."""
     try:
-        text = table.read_bytes().decode("utf-8-sig")
+        remedy = "One row a photograph is enough."
+        text = read_limited(table, SETTINGS_BYTES, remedy).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"cannot be read as UTF-8 text: {error}", path=table) from None
-    lines = text.splitlines()
-    sign = ";" if lines and ";" in lines[0] else ","
-    reader = csv.reader(lines, delimiter=sign, skipinitialspace=True)
+    sign = ";" if ";" in text[: text.find("\n")] else ","
+    try:
+        return _rows_of(
+            table, csv.reader(io.StringIO(text, newline=""), delimiter=sign, skipinitialspace=True), sign
+        )
+    except csv.Error as error:
+        raise DataError(
+            f"is no CSV table: {error}; expected file and time_s in each line", path=table
+        ) from None
+
+
+def _rows_of(table: Path, reader: "_Reader", sign: str) -> list[tuple[int, str, float]]:
     header = [cell.strip() for cell in next(reader, [])]
     if not {"file", "time_s"} <= set(header):
         raise DataError(f"has the columns {header}; expected file and time_s in the first line", path=table)
@@ -79,7 +104,7 @@ def _read_rows(table: Path) -> list[tuple[int, str, float]]:
             value = float(cells[when].replace(",", ".") if sign == ";" else cells[when])
         except (ValueError, IndexError):
             value = float("nan")
-        if not np.isfinite(value):
+        if not abs(value) <= _LATEST_S:
             wrong.append(f"line {reader.line_num}: {sign.join(cells)!r}")
             continue
         rows.append((reader.line_num, cells[where].strip(), value))
