@@ -226,7 +226,7 @@ def test_a_broken_empty_run_is_left_out_by_name(tmp_path):
     (tmp_path / "empty/1.csv").write_text("nothing here\n")
     result = measure_force(rig.scene())
     assert result.compensated
-    assert any("1.csv" in fault and "left out" in fault for fault in result.faults)
+    assert any("1.csv" in fault and "left out" in fault for fault in result.lost)
 
 
 def test_wrong_signs_are_recognised_said_and_read_right(tmp_path):

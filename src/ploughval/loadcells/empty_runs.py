@@ -21,16 +21,35 @@ _DRIVES = 5.0  # standard deviations below zero at which the sign of friction is
 _ACROSS = np.array([1.0, -1.0])
 
 
-def read_empty(scene: Scene, cells: LoadCells, faults: list[str]) -> list[RunLog]:
-    """All empty-box runs that can be read; one that cannot is left out by name."""
+def read_empty(scene: Scene, cells: LoadCells, faults: list[str], lost: list[str]) -> list[RunLog]:
+    """All empty-box runs that can be read.
+
+    Parameters
+    ----------
+    scene : Scene
+        The test, which finds the files.
+    cells : LoadCells
+        How they are read.
+    faults : list of str
+        What was found in the runs is added.
+    lost : list of str
+        Runs that are named but not there, or that cannot be read, are added.
+
+    Returns
+    -------
+    list of RunLog
+    """
     logs = set(log_paths(scene, cells))
+    for pattern in cells.empty:
+        if not scene.matches(pattern):
+            lost.append(f"empty-box run left out: no file matches {pattern!r} of [loadcells] empty")
     paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - logs)
     runs = []
     for path in paths:
         try:
             empty = read_cell_log(path, cells)
         except PloughvalError as error:
-            faults.append(f"empty-box run left out: {error}")
+            lost.append(f"empty-box run left out: {error}")
             continue
         faults.extend(f"{path.name}: {fault}" for fault in empty.faults)
         runs.append(arrays_of(empty, path.name))

@@ -70,6 +70,8 @@ class ForceResult:
         When the force leaves its noise.
     bandwidth_Hz : float or None
         Bandwidth that the readings were smoothed to; None: not smoothed.
+    lost : tuple of str
+        What was asked for and could not be had: empty-box runs.
     """
 
     record: pd.DataFrame
@@ -86,6 +88,7 @@ class ForceResult:
     onset_s: float
     contact: Contact | None
     bandwidth_Hz: float | None
+    lost: tuple[str, ...] = ()
 
     @property
     def compensated(self) -> bool:
@@ -135,7 +138,8 @@ def measure_force(scene: Scene) -> ForceResult:
     log = arrays_of(table, ", ".join(cells.log_patterns))
     if cells.rest_end_s is not None:
         log = replace(log, unloaded_s=cells.rest_end_s[0])
-    empty = read_empty(scene, cells, faults)
+    lost: list[str] = []
+    empty = read_empty(scene, cells, faults, lost)
     wiring = wiring_of(log, empty, response, geometry, scene.blade.depth_mm, faults)
     log, empty = wiring.rewired(log), [wiring.rewired(run) for run in empty]
     zero, level_mm = zero_at_rest(cells, log, response, faults)
@@ -168,7 +172,7 @@ def measure_force(scene: Scene) -> ForceResult:
         test,
         table.data["status"],
         found,
-        _Told(calibration, zero, line.total, rig, contact, friction, cells, faults),
+        _Told(calibration, zero, line.total, rig, contact, friction, cells, faults, lost),
     )
 
 
@@ -328,6 +332,7 @@ class _Told:
     friction: Friction | None
     cells: LoadCells
     faults: list[str]
+    lost: list[str]
 
 
 def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) -> ForceResult:
@@ -362,4 +367,5 @@ def _gathered(test: RunLog, status: pd.Series, found: ForceArrays, told: _Told) 
         onset_s=float("nan") if test.motion is None else float(test.time_s[test.motion.onset]),
         contact=told.contact,
         bandwidth_Hz=told.cells.bandwidth_Hz,
+        lost=tuple(told.lost),
     )

@@ -44,9 +44,10 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Whether no frame and no step was lost, and no photograph is missing."""
+        """Whether no frame, step or empty-box run was lost, and no photograph is missing."""
         missing = self.frames is not None and self.frames.missing
-        return not (self.lost_frames or self.lost_steps or missing)
+        runs = self.force is not None and self.force.lost
+        return not (self.lost_frames or self.lost_steps or missing or runs)
 
     def frame_displacement_mm(self) -> NDArray[np.float64]:
         """Blade displacement of each frame, mm; empty without photographs."""

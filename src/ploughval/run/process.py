@@ -123,6 +123,7 @@ class _Run:
         if Step.FORCE in steps:
             found.force = self._attempt(Step.FORCE, lambda: measure_force(self.scene))
             found.warnings += [] if found.force is None else [f"force: {text}" for text in found.force.faults]
+            found.faults += [] if found.force is None else [f"force: {text}" for text in found.force.lost]
         if Step.CALIBRATION in steps:
             found.window = self._attempt("photographs", self._photographs)
             self._judge_photographs()

@@ -78,6 +78,10 @@ def _check_empty(scene: Scene, cells: LoadCells, ledger: Ledger) -> set[str]:
     """Every empty-box run; the texts that the force will say of them."""
     said: set[str] = set()
     logs = set(log_paths(scene, cells))
+    for pattern in cells.empty:
+        if not scene.matches(pattern):
+            text = "no file matches: the force does without"
+            ledger.note(Level.LOST, pattern, "loadcells.empty", text, "at least one file that matches")
     for path in sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - logs):
         try:
             found = read_cell_log(path, cells)
