@@ -73,6 +73,8 @@ def _from_log(scene: Scene, time_s: Floats, blade_x_mm: Floats, log: pd.DataFram
     log_time, log_u = log["time_s"].to_numpy(float), log["u_mm"].to_numpy(float)
     kept = np.isfinite(log_time) & np.isfinite(log_u)
     log_time, log_u = log_time[kept], log_u[kept]
+    if log_time.size < 2:
+        return None
     fit = find_clock_offset(time_s, blade_x_mm, log_time, log_u)
     if given == "auto":
         offset, offset_std = fit.offset_s, fit.offset_std_s
@@ -105,6 +107,8 @@ class ClockFit:
     scale_std: float
 
 
+MOST_OFFSETS = 1e6
+"""Offsets, a quarter of an interval apart, that are tried; clocks further apart are not of one test."""
 UNTOLD = ClockFit(np.nan, np.nan, np.nan, np.nan)
 
 
@@ -141,6 +145,8 @@ def find_clock_offset(time_s: Floats, blade_x_mm: Floats, log_time_s: Floats, lo
         return float(np.sum(weight * (x - _scale(u, x, weight) * u) ** 2))
 
     even, step = np.ones(len(t)), float(np.median(np.diff(t))) / 4
+    if not float(np.ptp(t) + np.ptp(log_time_s)) < MOST_OFFSETS * step:
+        return UNTOLD
     coarse = np.arange(t[0] - log_time_s[-1], t[-1] - log_time_s[0] + step, step)
     offset, weight = float(coarse[int(np.argmin([misfit(float(c), even) for c in coarse]))]), even
     for _ in range(4):
