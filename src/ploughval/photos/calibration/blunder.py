@@ -51,7 +51,8 @@ def refuse_blunder(points: PointSet, fit: CameraFit | None, window: Window | Non
     if fit is not None and _rms(fit) > _USELESS_PX:
         raise CalibrationError(
             f"the control points contradict each other by {_rms(fit):.0f} px rms; expected less than "
-            f"{_USELESS_PX:g} px. More than one of them must be wrong: check them all"
+            f"{_USELESS_PX:g} px. More than one of them must be wrong: check them all. A fish-eye lens does "
+            "the same"
         )
 
 
