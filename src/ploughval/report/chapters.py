@@ -49,8 +49,8 @@ def bands_chapter(results: Results, pen: Pen) -> Chapter | None:
         ),
         f"Outcrop and inclination of the shear bands against displacement; measured {_count(results.bands)}, "
         f"predicted {_count(results.model_bands)}.",
-        "A band's outcrop stays in the sand while the tip closes in on it, so the band steepens "
-        "until a fresh one is cheaper.",
+        "Outcrop and inclination of the shear bands. A band's outcrop stays in the sand while the tip closes "
+        "in on it, so the band steepens until a fresh one is cheaper.",
         name="bands",
         data=("bands.csv", "increments.csv", "model/bands.csv", "model/force.csv"),
     )
@@ -78,7 +78,8 @@ def _kinematics(increments: pd.DataFrame, pen: Pen) -> Drawing:
         kinematics_figure(increments),
         "Velocity of the moving block along the travel and upwards for a millimetre of the blade.",
         "Motion of the block for a millimetre of the blade. A rigid block over one band moves by 1 along and "
-        f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments. Bars: ± std.",
+        f"by tan β up; within two standard uncertainties it does in {agree} of {len(known)} increments. "
+        "Bars: ± std.",
         name="block-motion",
         data=("increments.csv",),
     )

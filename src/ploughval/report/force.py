@@ -132,7 +132,8 @@ def _acting(results: Results) -> str:
 
 
 def _force_caption(results: Results, *, drawn: bool) -> str:
-    said = "Circles: peaks. " if results.peaks is not None else ""
+    said = "Force against displacement of the blade. "
+    said += "Circles: peaks. " if results.peaks is not None else ""
     said += "Shaded along the prediction: what 95 % of the drawn inputs give. " if drawn else ""
     marks = "Triangles: band starts, measured at the top, predicted at the bottom. "
     bands = results.bands is not None or results.model_bands is not None

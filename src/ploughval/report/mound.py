@@ -29,8 +29,9 @@ def mound_chapter(results: Results, pen: Pen) -> Chapter | None:
     drawing = pen.draw(
         mound_figure(mound, repose_deg=None if repose is None else float(repose)),
         f"Crest, front, slope and area of the heap against travel, measured and predicted. {words}",
-        "Heights and area are above the initial surface; the front is where the surface leaves it. The flank "
-        "falls from near the crest to near the front, steps included; the front is its lowest step. Dotted: "
+        "The heap ahead of the blade against travel. Heights and area are above the initial surface; the "
+        "front is where the surface leaves it. The flank falls from near the crest to near the front, steps "
+        "included; the front is its lowest step. Dotted: "
         f"the slope of repose that the model was given. {words}".strip(),
         name="mound",
         data=("mound.csv",),
