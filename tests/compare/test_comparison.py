@@ -245,3 +245,19 @@ def test_friction_is_not_read_before_a_blade_that_leans():
         assert np.isnan(metric.experiment)
         assert metric.model == given
         assert "leans by 10 degrees" in metric.note
+
+
+def test_a_record_that_begins_where_the_model_has_ended_is_not_judged_and_the_notes_say_why():
+    tables = measured()
+    tables["force"] = tables["force"].assign(u_mm=tables["force"]["u_mm"] + 200.0)
+    found = by_name(compare_test(scene(), StandIn(), **(NOTHING | {"force": tables["force"]})))
+    assert all(metric.agrees is None and metric.note for metric in found.values())
+    assert "no travel" in found["force_rms_P0"].note
+
+
+def test_a_record_of_one_row_is_not_judged_and_the_note_says_why():
+    force = measured()["force"].iloc[2000:2001]
+    (only,) = compare_test(scene(), StandIn(), **(NOTHING | {"force": force})).metrics
+    assert only.name == "force_mean_N"
+    assert only.agrees is None
+    assert "too few rows" in only.note

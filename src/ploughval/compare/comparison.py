@@ -103,6 +103,9 @@ def compare_test(
     metrics: list[Metric] = []
     friction: FrictionFindings | None = None
     peaks = switches = envelope = mobilised = None
+    if force is not None and curve is None:
+        note = "the record has too few rows with a force and a travel, in order"
+        metrics.append(Metric("force_mean_N", "N", note=note))
     if curve is not None:
         found, peaks, switches, envelope = compare_force(case, curve)
         metrics += found

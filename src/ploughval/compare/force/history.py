@@ -71,6 +71,8 @@ def history_metrics(
     P0_N : float
         Force that normalises both, so that their ratio is kept.
     """
+    if measured.begin_mm >= histories.u_mm[-1]:
+        return [Metric("force_rms_P0", "P0", note="record and model share no travel")]
     error = histories.model - histories.measured
     stds = [rms(std) / P0_N for std in (histories.measured_std, histories.numerical_std, histories.input_std)]
     note = f"both over the model's P0, over {histories.u_mm[-1]:.4g} mm of travel"

@@ -66,6 +66,9 @@ def compare_force(case: Case, measured_curve: Curve) -> ForceComparison:
 
     begin = float(common.u_mm[0]) if begins_late(common, depth) else 0.0
     note = f"over {limit - begin:.4g} mm of travel" + (f" from {begin:.4g} mm on" if begin else "")
+    if begin >= limit:
+        start = float(measured_curve.u_mm[0])
+        note = f"no travel in common: the record begins at {start:.4g} mm, the model ends at {limit:.4g} mm"
 
     def read(curve: Curve) -> Reading:
         return read_force(curve.until(limit), prominence, depth, weak_N=weak, begin_mm=begin)

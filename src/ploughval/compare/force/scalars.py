@@ -36,9 +36,9 @@ def force_quantities(
     """
     curve, initial = reading.curve, reading.initial
     peaks, switches, trough = reading.peaks, reading.switches, reading.first_trough
-    whole = limit_mm is None or curve.end_mm >= limit_mm * (1 - 1e-6)
     common = curve.since(reading.begin_mm)
     travel_mm = curve.end_mm - reading.begin_mm
+    whole = travel_mm > 0 and (limit_mm is None or curve.end_mm >= limit_mm * (1 - 1e-6))
     mean = _mean(common) if whole else MISSING
     shared = curve.shared
 
