@@ -1,5 +1,7 @@
 """Peak, residual and length: what made a curve is read from it, and what it does not hold is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -181,3 +183,24 @@ def test_share_softened_is_the_mean_of_the_law_over_a_row():
     np.testing.assert_allclose(
         ahead(low, high, 0.5), np.trapezoid(np.maximum(0.5 - s, 0.0), axis=0) / 20000, atol=1e-8
     )
+
+
+def test_rows_after_the_blade_has_come_to_the_outcrop_are_left_out():
+    # the band steepens to 89.9 degrees: slip for a mm of travel grows a hundredfold, friction is none
+    curve = made(first=True, origin=0.0)
+    beta = np.where(curve.u_mm > 6.0, 89.9, 20.0)
+    gone = curve.u_mm > 6.0
+    spoiled = replace(
+        curve,
+        beta_deg=beta,
+        stretch=np.where(gone, 573.0, STRETCH),
+        phi_deg=np.where(gone, 80.0, curve.phi_deg),
+    )
+    _, told, _ = read(spoiled)
+    assert told["peak"] == pytest.approx(PEAK, abs=0.3)
+    assert told["residual"] == pytest.approx(RESIDUAL, abs=0.1)
+
+
+def test_a_band_at_whose_outcrop_the_blade_stands_is_not_fitted():
+    curve = made(first=True, origin=0.0)
+    assert fit_softening([replace(curve, beta_deg=np.full_like(curve.u_mm, 89.0))], DEPTH) is None

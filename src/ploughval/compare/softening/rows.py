@@ -12,6 +12,7 @@ _RISE_DEPTHS = 1 / 30  # rows so far before a band's start tell how friction ros
 _FIRST_DEPTHS = 0.1  # travel within which the first peak lies
 _RISE_STDS = 5.0  # of the noise: a smaller rise to it is none
 _LEAST_ROWS = 8
+_STEEPEST_DEG = 85.0  # of a band: once the blade has come to its outcrop it tells nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +69,14 @@ def rows_of(curve: BandCurve, depth_mm: float) -> FittedRows | None:
     Returns
     -------
     FittedRows or None
-        None with fewer than 8 rows after the start.
+        None with fewer than 8 rows after the start. Rows of a band that is steeper than 85 degrees are left
+        out: there the blade has come to its outcrop.
     """
+    usable = curve.beta_deg < _STEEPEST_DEG
+    if not usable.any():
+        return None
+    if not usable.all():
+        curve = _cut(curve, usable)
     if curve.first:
         kept, low, high, place, spread = _first(curve, depth_mm)
     else:
