@@ -206,7 +206,9 @@ def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     ax.set_aspect("equal")
     ax.set_xlim(-20, 200)
     ax.set_ylim(-20, 130)
-    ax.text(0.99, 0.02, f"errors x {scale:g}", transform=ax.transAxes, ha="right", color=MUTED, fontsize=8)
+    ax.text(
+        0.99, 0.02, f"errors x {scale:g}", transform=ax.transAxes, ha="right", color=MUTED, fontsize="small"
+    )
     ax.set_xlabel("x, mm")
     ax.set_ylabel("y, mm")
 

@@ -224,84 +224,99 @@ def empty(table: pd.DataFrame) -> pd.DataFrame:
     return table.iloc[:0]
 
 
-def cases() -> Sequence[HardCase]:
-    """Every hard comparison."""
-    creeps = {"peak_friction_deg": 32.0}
-    everything = dict.fromkeys(("force", "bands", "layers", "surface"), later)
-    same = f"at most {DIFFER:g} % of the metrics that are judged differ; what is not judged has a reason"
-    other = "no force of another sand agrees; what is not judged has a reason"
-    rows: list[tuple[str, str, str, Recipe, str]] = [
-        ("the same sand", "measured with its stated errors", same, Recipe(), ""),
+CREEPS = {"peak_friction_deg": 32.0}
+EVERYTHING = dict.fromkeys(("force", "bands", "layers", "surface"), later)
+SAME = f"at most {DIFFER:g} % of the metrics that are judged differ; what is not judged has a reason"
+OTHER = "no force of another sand agrees; what is not judged has a reason"
+Row = tuple[str, str, str, Recipe, str]
+
+
+def whole_tests() -> list[Row]:
+    """Everything was measured, of this sand or another: name, what is done, demand, recipe, words."""
+    return [
+        ("the same sand", "measured with its stated errors", SAME, Recipe(), ""),
         (
             "no peaks measured",
             "the experiment creeps: peak = residual",
-            other,
-            Recipe(creeps, wrong=True),
+            OTHER,
+            Recipe(CREEPS, wrong=True),
             "",
         ),
         (
             "another sand",
             "40 / 32 degrees in the experiment",
-            other,
+            OTHER,
             Recipe({"peak_friction_deg": 40.0}, wrong=True),
             "",
         ),
         (
             "force in mN",
             "a thousand times too large",
-            other,
+            OTHER,
             Recipe(spoil=only(force=lambda t: t.assign(force_N=1e3 * t["force_N"])), wrong=True),
             "",
         ),
         (
             "force with the wrong sign",
             "all rows",
-            other,
+            OTHER,
             Recipe(spoil=only(force=lambda t: t.assign(force_N=-t["force_N"])), wrong=True),
             "",
         ),
+    ]
+
+
+def parts_of_tests() -> list[Row]:
+    """Something is missing, or too much."""
+    return [
         (
             "one peak of three",
             "the record ends after the first switch",
-            same,
+            SAME,
             Recipe(spoil=only(force=lambda t: t[t["u_mm"] < 45.0])),
             "",
         ),
         (
             "a band missed",
             "the second one",
-            same,
+            SAME,
             Recipe(spoil=only(bands=lambda t: t[t["band"] != 1]), about=BANDS),
             "",
         ),
-        ("bands invented", "two more", same, Recipe(spoil=only(bands=invented), about=BANDS), ""),
-        ("no band", "an empty table", same, Recipe(spoil=only(bands=empty), about=BANDS), ""),
+        ("bands invented", "two more", SAME, Recipe(spoil=only(bands=invented), about=BANDS), ""),
+        ("no band", "an empty table", SAME, Recipe(spoil=only(bands=empty), about=BANDS), ""),
         (
             "gaps",
             "a third of the force, layers and surface are not a number",
-            same,
+            SAME,
             Recipe(spoil=only(force=gaps, layers=gaps, surface=gaps)),
             "",
         ),
-        ("coarse record", "a row each 0.3 mm, friction falls within 1 mm", same, Recipe(row_mm=0.3), ""),
+        ("coarse record", "a row each 0.3 mm, friction falls within 1 mm", SAME, Recipe(row_mm=0.3), ""),
         (
             "no overlap of travel",
             "measured beyond the end of the run",
-            same,
-            Recipe(spoil=only(**everything), about=BANDS),
+            SAME,
+            Recipe(spoil=only(**EVERYTHING), about=BANDS),
             "travel|reach|overlap",
         ),
         (
             "empty tables",
             "of everything",
-            same,
-            Recipe(spoil=only(**dict.fromkeys(everything, empty)), about=BANDS),
+            SAME,
+            Recipe(spoil=only(**dict.fromkeys(EVERYTHING, empty)), about=BANDS),
             "",
         ),
+    ]
+
+
+def vague_tests() -> list[Row]:
+    """Uncertainties of none, or of much."""
+    return [
         (
             "one row of force",
             "and nothing else",
-            same,
+            SAME,
             Recipe(spoil=lambda m: Measured(m.force.iloc[200:201], None, None, None)),
             "",
         ),
@@ -312,15 +327,19 @@ def cases() -> Sequence[HardCase]:
             Recipe(spoil=certain, stds={}),
             "uncertaint",
         ),
-        ("noise as large as the force", "10 N a row", same, Recipe(noise_N=10.0), ""),
+        ("noise as large as the force", "10 N a row", SAME, Recipe(noise_N=10.0), ""),
         (
             "inputs hardly known",
             "peak friction 50 ± 8 degrees",
-            same,
+            SAME,
             Recipe(stds=STDS | {"peak_friction_std_deg": 8.0}),
             "",
         ),
     ]
+
+
+def cases() -> Sequence[HardCase]:
+    """Every hard comparison."""
     return [
         HardCase(
             name,
@@ -331,7 +350,7 @@ def cases() -> Sequence[HardCase]:
             "% wrong",
             says or NO_WORDS,
         )
-        for name, done, must, recipe, says in rows
+        for name, done, must, recipe, says in (*whole_tests(), *parts_of_tests(), *vague_tests())
     ]
 
 

@@ -88,13 +88,9 @@ def measured(recipe: Recipe, arms: bool = False) -> Happened:
 
 
 def scored(recipe: Recipe, rig: Rig, result: ForceResult, arms: bool) -> Happened:
-    """Rows in motion against the force at their displacement (or time, where that is lost)."""
+    """Rows in motion against the force at their time."""
     record = result.record
-    u = (
-        np.clip((record["time_s"].to_numpy() - MOVING_S[0]), 0.0, None)
-        if TRAVEL not in record
-        else record["u_mm"].to_numpy()
-    )
+    u = np.maximum(record["time_s"].to_numpy() - MOVING_S[0], 0.0)
     end = rig.u[-1]
     moving = (u > 1.2) & (u < end - 0.2) & ~((u % 20) < 1.2)  # away from the falls of 9 N within a millimetre
     ok = (record["status"].isin(["ok", "force_too_small_for_arm"])).to_numpy()
@@ -128,7 +124,8 @@ def scored(recipe: Recipe, rig: Rig, result: ForceResult, arms: bool) -> Happene
 
 def drawn_of(u: Floats, true: Floats, record: pd.DataFrame, ok: NDArray[np.bool_]) -> Drawn:
     """At most ``DRAWN`` rows for the picture, and the rows that have no force."""
-    some = np.unique(np.linspace(0, len(u) - 1, min(len(u), DRAWN)).round().astype(int))
+    last = int(np.searchsorted(u, MOVING_S[1] - MOVING_S[0] - 0.1))
+    some = np.unique(np.linspace(0, max(last - 1, 0), min(last, DRAWN)).round().astype(int))
     bad = np.flatnonzero(~ok)
     found = np.where(ok, record["force_N"].to_numpy(), np.nan)
     std = record["force_std_N"].to_numpy()
@@ -227,31 +224,34 @@ def stuck_travel(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     return table.assign(**{TRAVEL: table[TRAVEL].where(table[TIME] <= 25.0, last)})
 
 
-def cases() -> Sequence[HardCase]:
-    """Every spoiled log."""
-    small = {"upper_Nm_per_unit": 1e-6, "lower_Nm_per_unit": 1e-6}
-    drift = replace(PLAIN, drift=0.05)
-    fast, slow = replace(PLAIN, rate_hz=10_000.0), replace(PLAIN, rate_hz=1.0)
-    spike, zero = at_rows(20, lambda v: v + 5.0), at_rows(12, np.zeros_like)
-    hole = at_rows(30, lambda v: v * np.nan)
-    rows: list[tuple[str, str, Recipe, str]] = [
+MILLIONTHS = {"upper_Nm_per_unit": 1e-6, "lower_Nm_per_unit": 1e-6}
+DRIFT = replace(PLAIN, drift=0.05)
+FAST, SLOW = replace(PLAIN, rate_hz=10_000.0), replace(PLAIN, rate_hz=1.0)
+SPIKES, ZEROS = at_rows(20, lambda v: v + 5.0), at_rows(12, np.zeros_like)
+HOLES = at_rows(30, lambda v: v * np.nan)
+Row = tuple[str, str, Recipe, str]
+
+
+def spoiled_logs() -> list[Row]:
+    """What loggers do: name, what is done, recipe, words that own up to it."""
+    return [
         (
             "noise of 0.4 %",
             "of the moments, each row",
             Recipe(replace(PLAIN, noise_Nm=0.0, noise_share=0.004)),
             "",
         ),
-        ("drift, rest at both ends", "5 % of the greatest moment over the test", Recipe(drift), ""),
+        ("drift, rest at both ends", "5 % of the greatest moment over the test", Recipe(DRIFT), ""),
         (
             "drift, rest before alone",
             "the same, no rest window after the travel",
-            Recipe(drift, table={"rest_end_s": None}),
+            Recipe(DRIFT, table={"rest_end_s": None}),
             "drift",
         ),
         ("saturated cells", "clipped at 80 %", Recipe(log=clipped, least=0.5), "saturat"),
-        ("dropouts", "12 rows at zero", Recipe(log=zero), "dropout"),
-        ("spikes", "20 rows off by 5 N m", Recipe(log=spike), "spike"),
-        ("not a number", "30 rows without a value", Recipe(log=hole), "not_finite"),
+        ("dropouts", "12 rows at zero", Recipe(log=ZEROS), "dropout"),
+        ("spikes", "20 rows off by 5 N m", Recipe(log=SPIKES), "spike"),
+        ("not a number", "30 rows without a value", Recipe(log=HOLES), "not_finite"),
         ("a gap", "3 s not stored", Recipe(log=gap), "gap"),
         ("clock put on", "by 100 s in the middle", Recipe(log=leap), "clock|time"),
         ("clock put back", "by 7 s in the middle", Recipe(log=backwards), "clock|time"),
@@ -263,6 +263,12 @@ def cases() -> Sequence[HardCase]:
             Recipe(log=swapped, empty=swapped),
             "swap|exchang",
         ),
+    ]
+
+
+def spoiled_rigs() -> list[Row]:
+    """What rigs and those who wire them do."""
+    return [
         (
             "cells swapped in the test alone",
             "the empty runs are right",
@@ -286,20 +292,24 @@ def cases() -> Sequence[HardCase]:
         ("no empty runs", "3 N of friction", Recipe(table={"empty": ()}), "empty|friction"),
         ("one row at rest", "nothing before it", Recipe(log=one_at_rest), "rest|zero"),
         ("starts in motion", "first row at 5 mm", Recipe(log=in_motion), "rest|zero|motion"),
-        ("1 Hz", "50 rows in all", Recipe(slow, least=0.8), ""),
-        ("10 kHz", "15 s", Recipe(fast, travel_mm=5.0), ""),
+        ("1 Hz", "50 rows in all", Recipe(SLOW, least=0.8), ""),
+        ("10 kHz", "15 s", Recipe(FAST, travel_mm=5.0), ""),
         ("zeros of a million N m", "the signal is 4 N m", Recipe(log=offset, empty=offset), "zero|offset"),
         (
             "constants of 1e-6",
             "readings of some millions",
-            Recipe(log=scaled, empty=scaled, table={"calibration": small}),
+            Recipe(log=scaled, empty=scaled, table={"calibration": MILLIONTHS}),
             "",
         ),
     ]
+
+
+def cases() -> Sequence[HardCase]:
+    """Every spoiled log."""
     must = f"at most {ROWS:g} % of the rows that are ok beyond three stated deviations; faulty rows named"
     made = [
         HardCase(name, done, must, partial(measured, recipe), ROWS, "% of rows", says or NO_WORDS)
-        for name, done, recipe, says in rows
+        for name, done, recipe, says in (*spoiled_logs(), *spoiled_rigs())
     ]
     tiny = partial(measured, Recipe(force=2e-4, rig=replace(PLAIN, friction_N=0.0)), arms=True)
     none = "no line of action, or one within three of its stated deviations"

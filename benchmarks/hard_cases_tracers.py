@@ -174,11 +174,11 @@ def shadowed(picture: Picture) -> Picture:
 
 
 def banded(
-    outcrop: Callable[[float], float], *, count: int = 1, noise: float = 0.0, travel: float = 15.0,
+    outcrop: Callable[[float], float], *, count: int = 1, noise: float = 0.0,
     second: float | None = None, last_x: float = 150.0, still: bool = False,
 ) -> Happened:  # fmt: skip
     """Tracks of a block's motion; the first band against what carried it."""
-    u = np.zeros(8) if still else np.arange(0.0, travel + 0.5, 1.0)
+    u = np.zeros(8) if still else np.arange(0.0, 15.5, 1.0)
     block = Block(outcrop, second=second)
     tracks = tracks_of(block, u, noise=noise, last_x=last_x)
     found = find_bands(tracks, flat_surface(u, last_x=last_x), band_scene())
@@ -203,25 +203,27 @@ def banded(
             (first["beta_deg"] - true[1], first["beta_std_deg"], 0.2),
         )
         error = max(abs(gap) / np.hypot(std, least / STDS) for gap, std, least in pairs if np.isfinite(gap))
-    middle = (len(u) - 1) // 2
-    place = np.column_stack([tracks["x_mm"][middle], tracks["y_mm"][middle]])
-    step = np.column_stack([tracks["x_mm"][middle + 1], tracks["y_mm"][middle + 1]]) - place
-    lines = tuple((float(u[middle]), float(b.outcrop_x_mm), 30.0) for b in bands.itertuples())
+    place = np.column_stack([tracks["x_mm"][0], tracks["y_mm"][0]])
+    step = np.column_stack([tracks["x_mm"][1], tracks["y_mm"][1]]) - place
+    lines = tuple((float(b.u_start_mm), float(b.outcrop_x_mm), 30.0) for b in bands.itertuples())
     return Happened(
         float(error),
         what,
         told,
         broken,
-        Tracked(place, step, lines, (float(u[middle]), float(outcrop(u[middle])))),
+        Tracked(place, step, lines, (0.0, true[0])),
     )
 
 
-def cases() -> Sequence[HardCase]:
-    """Every hard case of tracers."""
+Row = tuple[str, str, Callable[[], Happened], str]
+
+
+def photograph_cases() -> list[Row]:
+    """Surfaces, blades and layers: name, what is done, how it is run, words that own up to what is lost."""
     hand = partial(covered, columns=slice(200, 330), rows=slice(0, 190), grey=120.0)
     upper = partial(covered, columns=slice(0, 110), rows=slice(0, 110), grey=90.0)
     whole = partial(covered, columns=slice(0, 160), rows=slice(0, 230), grey=120.0)
-    photographs: list[tuple[str, str, Callable[[], Happened], str]] = [
+    return [
         ("plain heap", "a crest before the face, two dyed layers", watched, ""),
         (
             "over-steep front",
@@ -248,7 +250,11 @@ def cases() -> Sequence[HardCase]:
         ),
         ("a hand before the sand", "26 mm of the surface behind it", partial(watched, hand), "surface"),
     ]
-    bands: list[tuple[str, str, Callable[[], Happened], str]] = [
+
+
+def band_cases() -> list[Row]:
+    """Motions and their bands."""
+    return [
         ("one band", "outcrop at 80 mm", partial(banded, lambda u: 80.0), ""),
         (
             "a band that creeps on",
@@ -288,10 +294,17 @@ def cases() -> Sequence[HardCase]:
             "",
         ),
     ]
+
+
+def cases() -> Sequence[HardCase]:
+    """Every hard case of tracers."""
     made = [
-        HardCase(n, d, SEEN, run, 1.0, "of the limits", says or NO_WORDS) for n, d, run, says in photographs
+        HardCase(n, d, SEEN, run, 1.0, "of the limits", says or NO_WORDS)
+        for n, d, run, says in photograph_cases()
     ]
-    return made + [HardCase(n, d, BANDS, run, STDS, "std", says or NO_WORDS) for n, d, run, says in bands]
+    return made + [
+        HardCase(n, d, BANDS, run, STDS, "std", says or NO_WORDS) for n, d, run, says in band_cases()
+    ]
 
 
 def draw(canvas: Canvas, case: HardCase, shown: Seen | Tracked) -> None:
