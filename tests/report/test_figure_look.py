@@ -2,19 +2,24 @@
 
 import subprocess
 import sys
+from contextlib import nullcontext
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from skimage.color import rgb2lab
 
 from ploughval.compare.several import Record, Value, depth_trends, group_tests, mean_errors, repeats_of
 from ploughval.compare.several.groups import DEPTH
 from ploughval.compare.several.histories import MeanHistory
 from ploughval.errors import ConfigError
 from ploughval.report import figures
+from ploughval.report.figures import style
+from ploughval.report.figures.differences import STEPS
 from ploughval.report.figures.look import fitting_columns, paper_look
 from ploughval.report.figures.shear import Band, ShearMap
 from ploughval.report.figures.style import styled
@@ -121,7 +126,11 @@ def calls(results, several):
     tests = [figures.History(f"test {k}", 30.0, 12.0, results.force, results.model_force) for k in range(5)]
     metrics = ["First peak, N", "Second outcrop x, mm", "Surface front mean, mm"]
     stages = [figures.Stage(u, predicted, measured) for u in (15.0, 30.0, 40.0)]
-    shown = figures.Shown(np.zeros((300, 400), np.uint8), points_px=xy / 5)
+    shown = figures.Shown(
+        np.zeros((300, 400), np.uint8), points_px=xy / 5, tracked_px=xy / 5, moved_px=np.cos(xy),
+        fitted_px=xy / 5, residual_px=0.1 * np.cos(xy), markers_px=xy[:3] / 5, missing_px=xy[5:8] / 5,
+        given_px=xy[8:12] / 5, tip_px=np.array([60.0, 180.0]),
+    )  # fmt: skip
     place = dict(depth_mm=30.0, extent=extent)
     return {
         "agreement_figure": ((metrics, [0.3, -1.2, 12.0], [(0.2, 0.5, 0.3)] * 3), {}),
@@ -163,6 +172,27 @@ def plot(request, calls):
     """Draws one of the exported figures."""
     args, options = calls[request.param]
     return lambda: getattr(figures, request.param)(*args, **options)
+
+
+@pytest.fixture(scope="module")
+def laid_out():
+    """Figures that are drawn and have their places, with their texts, by function and width."""
+    return {}
+
+
+@pytest.fixture
+def at_width(request, plot, laid_out):
+    """A figure of a width, mm (None: the page's), and its texts with their boxes in dots."""
+    name = request.node.callspec.params["plot"]
+
+    def drawn(width_mm):
+        if (name, width_mm) not in laid_out:
+            with nullcontext() if width_mm is None else paper_look(width_mm):
+                figure = plot()
+                laid_out[name, width_mm] = figure, placed(figure)
+        return laid_out[name, width_mm]
+
+    return drawn
 
 
 def settings():
@@ -214,9 +244,8 @@ def test_no_plot_function_needs_pyplot():
     assert said.stdout.strip() == "False"
 
 
-def test_every_axis_with_numbers_has_a_unit_or_is_a_known_ratio(plot):
-    figure = plot()
-    figure.draw_without_rendering()
+def test_every_axis_with_numbers_has_a_unit_or_is_a_known_ratio(at_width):
+    figure, _ = at_width(None)
     labels = [axis.label.get_text() for axes in axes_of(figure) for axis in (axes.xaxis, axes.yaxis)]
     labels += [text.get_text() for text in (figure._supxlabel, figure._supylabel) if text is not None]
     labels = [label for label in labels if label]
@@ -227,9 +256,8 @@ def test_every_axis_with_numbers_has_a_unit_or_is_a_known_ratio(plot):
         assert stated or label in DIMENSIONLESS, label
 
 
-def test_numbers_stand_at_axes_that_are_labelled_or_titled(plot):
-    figure = plot()
-    figure.draw_without_rendering()
+def test_numbers_stand_at_axes_that_are_labelled_or_titled(at_width):
+    figure, _ = at_width(None)
     shared = figure._supxlabel is not None
     for axes in axes_of(figure):
         titled = any(t.get_text() for t in (axes.title, axes._left_title))
@@ -246,12 +274,10 @@ def test_numbers_stand_at_axes_that_are_labelled_or_titled(plot):
 
 
 @pytest.mark.parametrize("width_mm", WIDTHS_MM)
-def test_on_paper_width_and_type_are_as_asked(plot, width_mm):
-    with paper_look(width_mm):
-        figure = plot()
+def test_on_paper_width_and_type_are_as_asked(at_width, width_mm):
+    figure, _ = at_width(width_mm)
     assert figure.get_figwidth() * 25.4 == pytest.approx(width_mm, abs=1e-9)
     assert figure.get_figheight() * 25.4 < 240, "taller than the text of a page"
-    figure.draw_without_rendering()  # outside the look: what was drawn keeps it
     sizes = {text.get_fontsize() for text in figure.findobj(Text) if text.get_text().strip()}
     assert sizes <= {7.0, 8.0}
     lines = [line for axes in figure.axes for line in axes.lines if line.get_linestyle() != "None"]
@@ -260,14 +286,8 @@ def test_on_paper_width_and_type_are_as_asked(plot, width_mm):
 
 
 @pytest.mark.parametrize("width_mm", [None, *WIDTHS_MM])
-def test_no_text_is_cut_off_or_lies_on_another(plot, width_mm):
-    if width_mm is None:
-        figure = plot()
-        texts = placed(figure)
-    else:
-        with paper_look(width_mm):
-            figure = plot()
-            texts = placed(figure)
+def test_no_text_is_cut_off_or_lies_on_another(at_width, width_mm):
+    figure, texts = at_width(width_mm)
     room = 0.01 * figure.dpi  # a hundredth of an inch: boxes of text are larger than their ink
     for place, (text, box) in enumerate(texts):
         assert box.x0 > -room, text
@@ -278,6 +298,41 @@ def test_no_text_is_cut_off_or_lies_on_another(plot, width_mm):
             across = min(box.x1, second.x1) - max(box.x0, second.x0)
             up = min(box.y1, second.y1) - max(box.y0, second.y0)
             assert across <= room or up <= 2 * room, (text, other)
+
+
+def test_a_figure_keeps_its_look_when_it_is_drawn_elsewhere(calls):
+    args, options = calls["force_figure"]
+    with paper_look(84.0):
+        figure = figures.force_figure(*args, **options)
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    axes.set_xticks(np.linspace(0, 2, 9))  # ticks that are made only now
+    figure.draw_without_rendering()
+    assert {text.get_fontsize() for text in axes.get_xticklabels()} == {7.0}
+
+
+# Machado, Oliveira & Fernandes (2009), severity 1, for linear RGB.
+DICHROMATS = {
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216],
+                   [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413],
+                     [-0.011820, 0.042940, 0.968881]],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("matrix", DICHROMATS.values(), ids=DICHROMATS.keys())
+def test_measured_and_predicted_stay_apart_without_red_or_green(matrix):
+    def lightness_and_hue(colour):
+        rgb = np.array(to_rgb(colour))
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        seen = np.clip(np.array(matrix) @ linear, 0, 1)
+        back = np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1 / 2.4) - 0.055)
+        return rgb2lab(back[None, None])[0, 0]
+
+    pairs = ((style.MEASURED, style.MODEL), (style.MEASURED, style.INK), (style.MODEL, style.INK))
+    pairs += ((style.MODEL, style.SAND), (STEPS[0], STEPS[-1]), (STEPS[3], STEPS[4]))
+    for one, other in pairs:  # 20 is ten times what is told apart side by side
+        assert np.linalg.norm(lightness_and_hue(one) - lightness_and_hue(other)) > 20, (one, other)
 
 
 def test_the_look_ends_with_its_block():

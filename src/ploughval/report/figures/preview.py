@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from ploughval.axes import Region
+from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import SERIES, new_figure, styled
 from ploughval.report.photographs import ToPixels, eight_bit
 
@@ -104,9 +105,7 @@ def preview_figure(shown: Shown) -> Figure:
     _calibrated(axes, shown, width)
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xlabel="x, px", ylabel="y, px")
     axes.grid(visible=False)
-    handles, _ = axes.get_legend_handles_labels()
-    if handles:
-        figure.legend(loc="outside upper center", ncols=4)
+    legend_outside(figure, *axes.get_legend_handles_labels(), columns=4)
     return figure
 
 
