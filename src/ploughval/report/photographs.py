@@ -1,6 +1,7 @@
 """Photographs in world millimetres, as many pixels as a page can show, whatever the calibration."""
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -167,7 +168,10 @@ class Photographs:
 
         try:
             scene = load_scene(results.run.folder)
-            if results.run.settings_hash and scene.settings_hash != results.run.settings_hash:
+            same = scene.settings_hash == results.run.settings_hash
+            if results.run.settings_hash and not (
+                same or unchanged(scene.model_dump(mode="json"), results.run.settings)
+            ):
                 self.missing = "The photographs are not shown: test.toml has changed since the run."
                 return
             if scene.camera is None:
@@ -258,6 +262,26 @@ def _reason(error: Exception) -> str:
         return f"the file cannot be read ({type(error).__name__})"
     place = ", ".join(part for part in (error.path, f"frame {error.frame}") if part)
     return str(error).removeprefix(f"{place}: ").removeprefix(f"{error.path}: ")
+
+
+def unchanged(now: Mapping[str, Any], then: Mapping[str, Any]) -> bool:
+    """Whether settings are those of a run, but for keys that came later and are empty.
+
+    >>> unchanged({"depth_mm": 30.0, "lens": ""}, {"depth_mm": 30.0})
+    True
+    >>> unchanged({"depth_mm": 30.0, "lens": "50 mm"}, {"depth_mm": 30.0})
+    False
+    """
+    if not set(then) <= set(now):
+        return False
+    for key, value in now.items():
+        before = then.get(key)
+        if isinstance(value, Mapping) and isinstance(before, Mapping):
+            if not unchanged(value, before):
+                return False
+        elif value != before and not (key not in then and value in ("", [], {})):
+            return False
+    return True
 
 
 def open_photographs(results: Results) -> Photographs | None:
