@@ -18,6 +18,7 @@ from ploughval.report.player.lines import FrameLines, Lines
 WIDTH_PX = 720.0
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 46.0, 8.0, 8.0, 40.0, 10.0
 _TALLEST = 620.0  # of both panels
+_FLAT = 0.55
 _DIGITS = 2
 
 Floats = NDArray[np.float64]
@@ -55,6 +56,12 @@ class Panels:
         """Of the drawing, px."""
         count = len(self.names)
         return WIDTH_PX, _TOP + count * self.height + (count - 1) * _GAP + _BOTTOM
+
+    @property
+    def flat(self) -> bool:
+        """Whether the drawing is so low that it is better seen over the whole page than beside the force."""
+        width, height = self.size
+        return height < _FLAT * width
 
     def top(self, panel: int) -> float:
         """Upper edge of a panel, px."""

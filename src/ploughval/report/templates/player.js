@@ -11,6 +11,7 @@ function start() {
   const chart = data.force ? new Chart(part("force"), data) : null;
   const pictured = frames.map((_, k) => k).filter((k) => stage.address(k) !== null);
   const stops = pictured.length > 1 ? pictured : frames.map((_, k) => k);
+  part("why").hidden = !frames.some((frame) => frame.why || frame.unread || frame.note);
   let now = Number(slider.value), timer = 0, width = 0;
 
   function lay() {
@@ -19,7 +20,7 @@ function start() {
     width = wide;
     stage.lay(wide);
     if (chart) {
-      const across = Math.round(part("force").getBoundingClientRect().width), beside = across < 0.8 * wide;
+      const across = Math.round(part("force").getBoundingClientRect().width), beside = across < 0.6 * wide;
       const room = beside ? part("stage").viewBox.baseVal.height - 240 : 0.8 * across;
       chart.lay(across, Math.round(Math.max(230, Math.min(beside ? 420 : 330, room))));
     }
@@ -38,8 +39,9 @@ function start() {
     part("stage").setAttribute("aria-label", `Frame ${frame.n}, ${travel}: ${data.panels.join(" above ")}.`);
     const unread = frame.unread && `The photograph of frame ${frame.n} cannot be read: ${frame.unread}`;
     const said = [frame.why && `Frame ${frame.n} was lost: ${frame.why}`, unread, frame.note].filter(Boolean).join(" \u00b7 ");
+    // Where some frame has a remark, its place is kept: nothing jumps while the film runs.
     part("why").textContent = said;
-    part("why").hidden = !said;
+    part("why").style.visibility = said ? "visible" : "hidden";
     // The slider says its own value; what plays is not read out.
     part("readout").setAttribute("aria-live", timer || document.activeElement === slider ? "off" : "polite");
     part("readout").replaceChildren(...readout(frame));
