@@ -45,15 +45,16 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
         When the input is refused.
     """
     from dataclasses import replace
+    from time import perf_counter
 
     from ploughval.report import write_report
     from ploughval.run import process_folder
-    from ploughval.watch import one_step, unheard
+    from ploughval.watch import unheard
 
+    start = perf_counter()
     outcome = process_folder(folder, out=out, **options)
-    with one_step(options.get("progress", unheard), "report"):
-        page = write_report(outcome.results)
-    return replace(outcome, report=page)
+    page = write_report(outcome.results, progress=options.get("progress", unheard))
+    return replace(outcome, report=page, seconds=perf_counter() - start)
 
 
 def simulate(

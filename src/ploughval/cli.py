@@ -264,8 +264,7 @@ def report(
 
         results = [results_of(folder) for folder in folders]
         with shown_progress(talk) as progress:
-            with one_step(progress, "report"):
-                path = write_report(results, out=out)
+            path = write_report(results, out=out, progress=progress)
             talk.summary = {"report": str(path)}
             talk.say(f"report: {path}")
             if figures is not None:

@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -33,14 +33,18 @@ from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.text import slug
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
+from ploughval.watch import Progress, one_step, unheard
 
 PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
+STAGE = "report"
 STAGE_PIXELS = 400_000  # of photograph in the figures of the stages: the player shows every frame
 SCRIPTS = ("downloads.js", "reading.js", "player_data.js", "player_stage.js", "player_chart.js", "player.js")
 
 
-def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> Path:
+def write_report(
+    results: Path | Sequence[Path], *, out: Path | None = None, progress: Progress = unheard
+) -> Path:
     """Write the page of one result folder, or one that compares several.
 
     Parameters
@@ -50,6 +54,8 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
     out : path, optional
         File or existing folder to write to; absent: ``report.html`` in the result folder, for several
         ``comparison.html`` in the first, with its numbers beside it as .json and .csv.
+    progress : callable
+        Hears of (stage, done, total) of the chapters.
 
     Returns
     -------
@@ -71,37 +77,42 @@ def write_report(results: Path | Sequence[Path], *, out: Path | None = None) -> 
     target = tests[0].folder if out is None else Path(out)
     target = target / name if target.is_dir() else target
     if len(tests) == 1:
-        return _write(target, single_page(tests[0]))
-    found = find_several(tests)
-    _write(target, render("test.html.j2", **several_context(found, Pen())))
-    write_numbers(found, target)
+        return _write(target, single_page(tests[0], progress))
+    with one_step(progress, STAGE):
+        found = find_several(tests)
+        _write(target, render("test.html.j2", **several_context(found, Pen())))
+        write_numbers(found, target)
     return target
 
 
-def single_page(results: Results) -> str:
+def single_page(results: Results, progress: Progress = unheard) -> str:
     """The page of one test, as HTML."""
     pen, photographs = Pen(), open_photographs(results)
+    progress(STAGE, 0, 1)
     short, agreement = short_chapter(results), agreement_chapter(results, pen)
-    built = (
-        short or agreement,
-        player_chapter(results, photographs),
-        force_chapter(results, pen),
-        layers_chapter(results, pen, photographs, photo_pixels=STAGE_PIXELS),
-        mound_chapter(results, pen),
-        bands_chapter(results, pen),
-        field_chapter(results, pen),
-        shear_chapter(results, pen),
-        friction_chapter(results, pen),
-        agreement if short else None,
-        soil_fit_chapter(results, pen),
-        load_cells_chapter(results, pen),
-        calibration_chapter(results, pen),
-        good_practice_chapter(results),
-        quality_chapter(results, pen),
-        provenance_chapter(results),
+    makers: tuple[Callable[[], Chapter | None], ...] = (
+        lambda: short or agreement,
+        lambda: player_chapter(results, photographs),
+        lambda: force_chapter(results, pen),
+        lambda: layers_chapter(results, pen, photographs, photo_pixels=STAGE_PIXELS),
+        lambda: mound_chapter(results, pen),
+        lambda: bands_chapter(results, pen),
+        lambda: field_chapter(results, pen),
+        lambda: shear_chapter(results, pen),
+        lambda: friction_chapter(results, pen),
+        lambda: agreement if short else None,
+        lambda: soil_fit_chapter(results, pen),
+        lambda: load_cells_chapter(results, pen),
+        lambda: calibration_chapter(results, pen),
+        lambda: good_practice_chapter(results),
+        lambda: quality_chapter(results, pen),
+        lambda: provenance_chapter(results),
     )
-    chapters: list[Chapter] = [chapter for chapter in built if chapter is not None]
-    return render(
+    chapters: list[Chapter] = []
+    for done, make in enumerate(makers, start=1):
+        chapters += [chapter for chapter in (make(),) if chapter is not None]
+        progress(STAGE, done, len(makers) + 1)
+    page = render(
         "test.html.j2",
         title=results.name,
         notes=str(results.setting("test", "notes") or ""),
@@ -111,6 +122,8 @@ def single_page(results: Results) -> str:
         version=results.run.ploughval,
         **with_files(attached(results, chapters)),
     )
+    progress(STAGE, len(makers) + 1, len(makers) + 1)
+    return page
 
 
 def with_files(files: Mapping[str, Attached]) -> dict[str, Any]:
