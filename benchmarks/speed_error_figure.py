@@ -162,10 +162,11 @@ def _name_points(figure: Figure, pairs: Sequence[tuple[Axes, Panel]], looks: dic
             others = [other for other in panel.levels if other is not level]
             _name_level(ax, level, taken, [_line_of(ax, other) for other in others])
         seen: set[tuple[float, float]] = set()
+        known = [p for p in (*panel.points, *panel.peers) if p.known]
         for point in (panel.standard, *panel.points):
-            _name(ax, point, looks[point.family][0], taken, seen)
+            _name(ax, point, looks[point.family][0], taken, seen, known)
         for point in panel.peers:
-            _name(ax, point, MUTED, taken, seen)
+            _name(ax, point, MUTED, taken, seen, known)
 
 
 def _marks(ax: Axes, panel: Panel) -> list[Box]:
@@ -194,9 +195,16 @@ def _frame(ax: Axes) -> Box:
     return found.x0 * scale, found.y0 * scale, found.x1 * scale, found.y1 * scale
 
 
-def _name(ax: Axes, point: Point, colour: str, taken: list[Box], seen: set[tuple[float, float]]) -> None:
+def _name(
+    ax: Axes,
+    point: Point,
+    colour: str,
+    taken: list[Box],
+    seen: set[tuple[float, float]],
+    known: Sequence[Point],
+) -> None:
     """The setting beside its point; left out where there is no room: the table has it."""
-    text = point.setting
+    text, marks = point.setting, _pixels(ax, known)
     if not point.known or not text or (point.time, point.error) in seen:
         return
     seen.add((point.time, point.error))
@@ -207,7 +215,9 @@ def _name(ax: Axes, point: Point, colour: str, taken: list[Box], seen: set[tuple
         for dx, dy in SIDES:
             cx, cy = x + dx * (gap * far + 0.5 * wide), y + dy * (gap * far + 0.5 * high)
             box = (cx - 0.5 * wide, cy - 0.5 * high, cx + 0.5 * wide, cy + 0.5 * high)
-            choices.append((_cost(box, ax, taken) + 3.0 * far, len(choices), cx, cy, box))
+            mine = float(_away(box, np.array([[x, y]])).min())  # a name is read as that of the nearest mark
+            strange = 1e3 * bool(_away(box, marks).min() < mine - 0.1)
+            choices.append((_cost(box, ax, taken) + strange + 3.0 * far, len(choices), cx, cy, box))
     cost, _, cx, cy, box = min(choices)
     if cost > 0.3 * wide * high + 10.0:
         return
@@ -254,6 +264,12 @@ def _cost(box: Box, ax: Axes, taken: Sequence[Box]) -> float:
     left, low, right, top = _frame(ax)
     outside = box[0] < left or box[2] > right or box[1] < low or box[3] > top
     return sum(_overlap(box, other) for other in taken) + 1e3 * outside
+
+
+def _away(box: Box, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of places (N, 2) from a box."""
+    low, high = np.array(box[:2]), np.array(box[2:])
+    return np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
 
 
 def _overlap(one: Box, other: Box) -> float:

@@ -15,7 +15,7 @@ PROTOCOL = (
     "CPU is the time of the process, all its threads together; where nothing else is said it was taken "
     "with one thread.",
     "Clock is elapsed time: that of two threads is told by the clock, and of whole commands.",
-    "Other work on the machine inflates the clock and hardly the CPU; only ratios travel to other machines.",
+    "Other work on the machine inflates the clock, and the CPU less; only ratios travel to other machines.",
 )
 
 

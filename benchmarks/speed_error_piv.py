@@ -7,7 +7,7 @@ import pandas as pd
 
 from ploughval.report.blocks import Table, value_cell
 from speed_error_points import ERROR, TIME, Level, Panel, Point, Subject, read
-from speed_error_words import against, dominance, shown
+from speed_error_words import BUSY, against, dominance, quiet, shown
 
 TIME_LABEL = "CPU, µs a point (one thread)"
 QUANTITIES = (
@@ -195,7 +195,10 @@ def _threads(table: Rows) -> list[str]:
     one = case[[_is_default(row) for _, row in case.iterrows()]]
     if two.empty or one.empty:
         return []
-    ratio = float(two["points_s"].iloc[0] / one["points_s"].iloc[0])
+    times = [(float(row["cpu_us"]), 1e6 / float(row["points_s"])) for row in (one.iloc[0], two.iloc[0])]
+    if not quiet(*times):
+        return [BUSY]
+    ratio = times[0][1] / times[1][1]
     same = two["rmse_px"].iloc[0] == one["rmse_px"].iloc[0]
     numbers = "the same errors" if same else "other errors"
     return [f"Two threads do {shown(ratio)} times the points a second of one by the clock, with {numbers}."]

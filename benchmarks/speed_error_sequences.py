@@ -6,7 +6,7 @@ import pandas as pd
 
 from ploughval.report.blocks import Table, value_cell
 from speed_error_points import ERROR, Level, Panel, Point, Subject, read
-from speed_error_words import against, dominance, shown
+from speed_error_words import BUSY, against, dominance, quiet, shown
 
 TIME_LABEL = "CPU, s for the whole travel"
 QUANTITIES = (
@@ -123,13 +123,14 @@ def _rules(table: pd.DataFrame, tracks: Panel, lost: Panel) -> list[str]:
 
 
 def _threads(table: pd.DataFrame) -> list[str]:
-    wall = table[table["family"] == "threads"].set_index("setting")["wall_ms"]
-    if not {"1", "2"} <= set(wall.index):
+    rows = table[table["family"] == "threads"].set_index("setting")
+    if not {"1", "2"} <= set(rows.index):
         return []
-    ratio = float(wall["1"] / wall["2"])
+    one, two = ((float(rows.loc[name, "cpu_ms"]), float(rows.loc[name, "wall_ms"])) for name in ("1", "2"))
+    if not quiet(one, two):
+        return [BUSY]
     return [
-        f"Two threads track a photograph in {shown(float(wall['2']))} ms, {shown(ratio)} times as fast as "
-        "one."
+        f"Two threads take {shown(two[1])} ms a photograph, {shown(one[1] / two[1])} times as fast as one."
     ]
 
 

@@ -3,6 +3,10 @@
 from ploughval.report.text import brief
 from speed_error_points import SAME, Panel, Point
 
+WAITING = 1.2
+"""Clock over CPU beyond which something else ran."""
+BUSY = "The clock of this table tells of other work on the machine: what two threads gain is not said."
+
 
 def shown(value: float) -> str:
     """A number to three digits."""
@@ -52,6 +56,15 @@ def dominance(panel: Panel, quantity: str) -> str:
     )
     more = f", and {len(better) - 3} more" if len(better) > 3 else ""
     return f"{quantity}: both faster and more exact than the default here: {names}{more}."
+
+
+def quiet(*times: tuple[float, float]) -> bool:
+    """Whether pairs of CPU and clock are those of a machine with nothing else to do: a call never waits.
+
+    >>> quiet((1.0, 1.05), (1.1, 0.6)), quiet((1.0, 3.0))
+    (True, False)
+    """
+    return all(clock <= WAITING * cpu for cpu, clock in times)
 
 
 def best(points: dict[str, Point]) -> Point:
