@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -37,6 +37,7 @@ def distance_from_line(points, line):
     return np.hypot(*np.moveaxis(offset - share[..., None] * along, -1, 0)).min(axis=1)
 
 
+@settings(deadline=None)
 @given(lines_mm)
 def test_points_left_out_of_any_line_lie_within_the_tolerance_of_it(line):
     kept = thinned(line, TOLERANCE_MM)
@@ -45,6 +46,7 @@ def test_points_left_out_of_any_line_lie_within_the_tolerance_of_it(line):
     assert (kept[-1] == line[-1]).all()
 
 
+@settings(deadline=None)
 @given(steps_mm)
 def test_a_measured_line_of_small_steps_is_drawn_within_the_tolerance(steps):
     line = np.array([40.0, 15.0]) + np.cumsum(steps + np.array([0.04, 0.0]), axis=0)
@@ -80,6 +82,7 @@ def test_lines_keep_their_order_tags_and_ends_to_half_a_quantum():
         assert np.abs(drawn - given_mm).max() <= quantum_of(TOLERANCE_MM) / 2 + 1e-9
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(0, 2**40)))
 def test_numbers_come_back_from_text(numbers):
     assert unpack(pack(numbers)) == numbers

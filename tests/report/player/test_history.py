@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ploughval.report.player.coding import unpack
@@ -35,6 +35,7 @@ def saw(count=40_000, seed=4):
     return pd.DataFrame({"u_mm": u, "force_N": force, "force_std_N": 0.2 + u / 1000})
 
 
+@settings(deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_every_peak_and_trough_of_the_record_is_in_its_pixel_of_the_chart(seed):
     table = saw(6000, seed)
