@@ -6,7 +6,6 @@ from functools import lru_cache, partial
 
 import cv2
 import numpy as np
-from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
 from hard_cases import Canvas, Happened, HardCase, Part
@@ -339,27 +338,29 @@ def cases() -> Sequence[HardCase]:
 def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     """The second picture with points that are valid, refused and wrong."""
     ax = canvas.subplots()
-    sides = (2 if len(shown.picture) >= 100 else 1) * np.array(shown.picture.shape)
-    extent = (-0.5, sides[1] - 0.5, sides[0] - 0.5, -0.5)
-    ax.imshow(
-        shown.picture, extent=extent, cmap=ListedColormap(np.linspace(0.25, 1.0, 64)[:, None] * np.ones(3))
-    )
-    for kind, colour, size in ((0, MODEL, 4), (1, MEASURED, 1), (2, MODEL, 40)):
-        chosen = shown.kind == kind
-        marker = {0: "x", 1: ".", 2: "o"}[kind]
-        where = shown.points[chosen] + (shown.vector[chosen] if kind else 0.0)
-        ax.scatter(*where.T, s=size, c=colour, marker=marker, linewidths=0.5 if kind < 2 else 0)
-    ax.set_xlim(*extent[:2])
-    ax.set_ylim(*extent[2:])
+    ax.imshow(painted(shown), interpolation="none")
     ax.set_axis_off()
+
+
+def painted(shown: Drawn) -> NDArray[np.uint8]:
+    """The picture (H, W, 3) in twelve greys, with points painted as small marks of pixels."""
+    low, high = shown.picture.min(), max(shown.picture.max(), shown.picture.min() + 1e-9)
+    grey = 90 + 15 * np.floor(11.99 * (shown.picture - low) / (high - low))
+    image = np.repeat(np.clip(grey, 0, 255)[..., None], 3, axis=2).astype(np.uint8)
+    scale = 2.0 if len(shown.picture) >= 100 else 1.0
+    where = np.where(shown.kind[:, None] > 0, shown.points + shown.vector, shown.points) / scale
+    for kind, name, before, after in ((1, MEASURED, 0, 2), (0, MODEL, 0, 2), (2, MODEL, 4, 5)):
+        colour = np.array([int(name[k : k + 2], 16) for k in (1, 3, 5)], np.uint8)
+        for x, y in np.rint(where[shown.kind == kind]).astype(int):
+            image[max(y - before, 0) : y + after, max(x - before, 0) : x + after] = colour
+    return image
 
 
 PART = Part(
     "correlation",
     "Correlation",
-    "Pictures of exactly drawn sand and a known motion, subsets of 31 px. A blue point is valid and "
-    "stands where "
-    "it was found in the second picture; an orange cross was refused; an orange disc is valid and wrong.",
+    "Pictures of exactly drawn sand and a known motion, subsets of 31 px. A blue point is valid and stands "
+    "where it was found in the second picture; an orange one was refused; a large orange square is wrong.",
     cases,
     draw,
 )

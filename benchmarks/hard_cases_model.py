@@ -284,7 +284,8 @@ def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     first, last = shown.first, shown.last
     reach = float(last[0, 0]) + 8.0
     above.fill_between(last[:, 0], last[:, 1], 0.0, color=SAND, linewidth=0)
-    above.plot(*first[first[:, 0] <= reach + 1].T, color=MUTED, linewidth=0.8, linestyle="--")
+    x = np.append(first[first[:, 0] < reach, 0], reach)
+    above.plot(x, np.interp(x, *first.T), color=MUTED, linewidth=0.8, linestyle="--")
     above.plot(*last.T, color=INK, linewidth=1.0)
     tip, top = float(last[0, 0] - shown.face * last[0, 1]), float(last[0, 1])
     above.plot([tip, tip + shown.face * 1.1 * top], [0.0, 1.1 * top], color=MODEL, linewidth=1.5)

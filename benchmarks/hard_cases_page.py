@@ -108,7 +108,7 @@ def counts_of(tables: Mapping[str, pd.DataFrame]) -> pd.Series:
 def verdict(counts: pd.Series) -> str:
     """One sentence on all of them."""
     holds, refused, degraded, wrong = (int(counts[fate.value]) for fate in Fate)
-    said = f"Of {int(counts.sum())} hard cases {holds} hold what they must, {refused} "
+    said = f"Of {int(counts.sum())} hard cases {holds} {'holds' if holds == 1 else 'hold'}, {refused} "
     said += f"{'is' if refused == 1 else 'are'} refused with a message, {degraded} "
     said += f"{'is' if degraded == 1 else 'are'} degraded and {'says' if degraded == 1 else 'say'} so, "
     return said + f"{wrong or 'none'} {'are' if wrong > 1 else 'is'} wrong and silent."
@@ -166,10 +166,15 @@ def chapter_of(part: Part, table: pd.DataFrame, outcomes: Sequence[Outcome]) -> 
         for row in table.itertuples()
     ]  # fmt: skip
     counts = counts_of({part.key: table})
+    refused = [f"{r.case} ({r.done}): {r.said}" for r in table[table["verdict"] == Fate.REFUSED].itertuples()]
     return Chapter(
-        part.key, part.title, lead=f"{part.lead} {verdict(counts)}", grid=drawings,
-        tables=[Table(f"{part.title}: all cases", HEAD, rows)],
-    )  # fmt: skip
+        part.key,
+        part.title,
+        lead=f"{part.lead} {verdict(counts)}{' Refused are:' if refused else ''}",
+        grid=drawings,
+        notes=refused,
+        tables=[Table(f"{part.title}: all cases", HEAD, rows, folded=True, kind="cases")],
+    )
 
 
 def write_readme(parts: Mapping[str, Part], tables: Mapping[str, pd.DataFrame], path: Path) -> None:

@@ -317,7 +317,7 @@ def draw(canvas: Canvas, case: HardCase, shown: Seen | Tracked) -> None:
             ax.plot(*points.T, ".", color=MEASURED, markersize=1.5)
         ax.set_axis_off()
         return
-    some = slice(None, None, 3)
+    some = slice(None, None, 7)
     ax.quiver(*shown.points[some].T, *shown.motion[some].T, color=MUTED, angles="xy", width=0.002)
     u, outcrop = shown.true
     ax.plot([u, outcrop], [0, 30], color=MODEL, linewidth=2.0)

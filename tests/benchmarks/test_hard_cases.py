@@ -147,7 +147,7 @@ def test_the_page_shows_every_case_lists_what_is_wrong_and_takes_names_as_text(s
     assert page.count("<figure") == 2
     assert "&lt;b&gt;all&lt;/b&gt;" in page
     assert "<b>all</b>" not in page
-    assert "Of 3 hard cases 1 hold what they must" in page
+    assert "Of 3 hard cases 1 holds, 1 is refused" in page
     assert "Model, bad" in page
     write_readme({"model": small}, tables, tmp_path / "README.md")
     assert "- Model, bad (<b>all</b>): off" in (tmp_path / "README.md").read_text()
