@@ -356,7 +356,7 @@ def cases() -> Sequence[HardCase]:
 
 def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     """Both forces, and a bar of metrics."""
-    ax, bar = canvas.subplots(2, 1, height_ratios=(5, 1))
+    bar, ax = canvas.subplots(2, 1, height_ratios=(1, 6))
     ax.plot(*shown.model, color=MODEL, linewidth=1.2)
     ax.plot(*shown.measured, color=MEASURED, linewidth=0.8)
     ax.set_xlabel("u, mm")

@@ -54,7 +54,7 @@ class Tracked:
     points: Floats
     motion: Floats
     found: tuple[tuple[float, float, float], ...]
-    true: tuple[float, float]
+    true: tuple[float, float] | None
 
 
 def heap(u: float, *, drop_mm: float = 9.0) -> Line:
@@ -211,7 +211,7 @@ def banded(
         what,
         told,
         broken,
-        Tracked(place, step, lines, (0.0, true[0])),
+        Tracked(place, step, lines, (0.0, true[0]) if count else None),
     )
 
 
@@ -319,8 +319,8 @@ def draw(canvas: Canvas, case: HardCase, shown: Seen | Tracked) -> None:
         return
     some = slice(None, None, 7)
     ax.quiver(*shown.points[some].T, *shown.motion[some].T, color=MUTED, angles="xy", width=0.002)
-    u, outcrop = shown.true
-    ax.plot([u, outcrop], [0, 30], color=MODEL, linewidth=2.0)
+    if shown.true is not None:
+        ax.plot(shown.true, [0, 30], color=MODEL, linewidth=2.0)
     for start, end, top in shown.found:
         ax.plot([start, end], [0, top], color=MEASURED, linewidth=1.0)
     ax.set_xlim(-2, 200)
