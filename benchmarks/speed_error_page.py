@@ -155,7 +155,9 @@ def _summary(subjects: Sequence[Subject], missing: Sequence[str]) -> Chapter:
             mark = "" if not targets else "agrees" if reached else "differs"
             rows.append(
                 [
-                    Cell(f"{subject.title}: {panel.default}"),
+                    Cell(
+                        f"{subject.title}: {panel.default}" if panel is subject.panels[0] else subject.title
+                    ),
                     Cell(panel.title),
                     Cell(_error(mine.error, panel), mine.error),
                     Cell(f"at most {shown(targets[0])}" if targets else "", mark=mark),

@@ -11,7 +11,7 @@ from ploughval.errors import ConfigError
 from ploughval.run.benches import write_bench_page
 from speed_error_page import PAGE, README, SUBJECTS, alt_of, page_of, verdict, write_page
 from speed_error_points import ERROR, Level, Panel, Point
-from speed_error_words import against, change, dominance, shown
+from speed_error_words import BUSY, against, change, dominance, shown
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +171,16 @@ def test_the_alternative_text_gives_the_default_and_the_most_exact(subjects):
 def test_a_folder_without_tables_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="a folder with tables"):
         write_bench_page(tmp_path)
+
+
+def test_what_threads_gain_is_told_by_a_quiet_machine_alone(tmp_path):
+    folder = write_tables(tmp_path)
+    told = SUBJECTS["sequences"](folder).choice
+    assert "Two threads take 55 ms a photograph, 2 times as fast as one." in told
+    text = TABLES["sequences.csv"].replace(
+        "threads,2,False,100,10,105,55,", "threads,2,False,100,10,105,400,"
+    )
+    (folder / "sequences.csv").write_text(text, encoding="utf-8")
+    told = SUBJECTS["sequences"](folder).choice
+    assert BUSY in told
+    assert not any("Two threads" in sentence for sentence in told)
