@@ -22,7 +22,9 @@ from ploughval.report.results import Results
 from ploughval.report.scripts import json_block
 from ploughval.report.stages import view
 
-MOST_FRAMES = 300
+MOST_FRAMES = (
+    300  # of the slider: a screen tells no more apart, and their lines keep within a megabyte or two
+)
 _LAYERS = {
     "photograph": "Photograph",
     "tracks": "Tracked points",
@@ -79,7 +81,7 @@ def player_chapter(results: Results, photographs: Photographs | None) -> Chapter
         marks=_marks(data["force"]),
         block=json_block("player-data", data),
     )
-    notes = _notes(every, shown, pictures, photographs, dots)
+    notes = _notes(every, shown, pictures, photographs)
     return Chapter("player", "The test, frame by frame", notes=notes, player=markup)
 
 
@@ -143,7 +145,7 @@ def _marks(force: dict[str, Any] | None) -> str:
     if force is None:
         return ""
     there = (
-        ("○ peak", any(kind == 0 for _, kind, _, _ in force["peaks"])),
+        ("○ peak", bool(force["peaks"])),
         ("△ start of a band", bool(force["starts"] or force["modelStarts"])),
         ("shaded: 95 % of drawn inputs", force["envelope"] is not None),
     )
@@ -155,7 +157,6 @@ def _notes(
     shown: Sequence[Moment],
     pictures: Pictures | None,
     photographs: Photographs | None,
-    dots: Dots | None,
 ) -> list[str]:
     """What the player does not show."""
     notes = []

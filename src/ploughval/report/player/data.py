@@ -15,8 +15,6 @@ from ploughval.report.player.pictures import Pictures
 from ploughval.report.results import Results
 from ploughval.report.stages import view
 
-_PEAK_KINDS = ("peak", "trough")
-
 
 def player_data(
     results: Results,
@@ -109,31 +107,24 @@ def _force(results: Results) -> dict[str, Any] | None:
 
 
 def _curve(made: Curve) -> dict[str, Any]:
-    return {
-        "steps": made.steps,
-        "columns": made.columns,
-        "rows": made.rows,
-        "kept": made.kept,
-        "t": made.text,
-    }
+    return {"steps": made.steps, "columns": made.columns, "t": made.text}
 
 
-def _peaks(peaks: pd.DataFrame | None) -> list[list[Any]]:
-    """Source and kind as numbers, u in mm, force in N."""
+def _peaks(peaks: pd.DataFrame | None) -> list[list[float]]:
+    """Of each peak 1 where it is the model's, else 0, then u in mm and force in N."""
     if peaks is None:
         return []
-    found: list[list[Any]] = []
-    for source, kind, u, force in peaks[["source", "kind", "u_mm", "force_N"]].itertuples(index=False):
-        if kind in _PEAK_KINDS and math.isfinite(u) and math.isfinite(force):
-            found.append([int(source == "model"), _PEAK_KINDS.index(kind), round(u, 3), round(force, 4)])
-    return found
+    drawn = peaks.loc[peaks["kind"] == "peak", ["source", "u_mm", "force_N"]]
+    return [
+        [int(source == "model"), round(u, 3), round(force, 4)]
+        for source, u, force in drawn.itertuples(index=False)
+        if math.isfinite(u) and math.isfinite(force)
+    ]
 
 
-def _starts(bands: pd.DataFrame | None) -> list[list[float]]:
-    if bands is None:
-        return []
-    starts = bands[["band", "u_start_mm"]].dropna().to_numpy(dtype=float)
-    return [[band, round(u, 3)] for band, u in starts.tolist()]
+def _starts(bands: pd.DataFrame | None) -> list[float]:
+    """Travel at which bands start, mm."""
+    return [] if bands is None else [round(u, 3) for u in bands["u_start_mm"].tolist() if math.isfinite(u)]
 
 
 def _known(value: float, digits: int) -> float | None:

@@ -7,8 +7,6 @@ import pandas as pd
 
 from ploughval.report.results import Results
 
-MOST_FRAMES = 1500  # beyond this the player's slider is finer than a screen
-
 
 @dataclass(frozen=True, slots=True)
 class Moment:

@@ -94,7 +94,7 @@ window.ploughvalPlayer.Chart = class {
   starts(inside) {
     const { starts, modelStarts } = this.data.force;
     for (const [some, kind, y, tip] of [[starts, "measured", TOP, 9], [modelStarts, "model", TOP + this.high, -9]])
-      for (const [, u] of some) {
+      for (const u of some) {
         const x = this.x(u);
         inside.append(svg("line", { class: `start ${kind}`, x1: x, x2: x, y1: TOP, y2: TOP + this.high }));
         inside.append(svg("path", { class: `mark ${kind}`, d: `M${x - 5} ${y}h10l-5 ${tip}z` }));
@@ -102,7 +102,7 @@ window.ploughvalPlayer.Chart = class {
   }
 
   peaks() {
-    return this.data.force.peaks.filter(([, kind]) => kind === 0).map(([source, , u, P]) =>
+    return this.data.force.peaks.map(([source, u, P]) =>
       svg("circle", { class: `peak ${source ? "model" : "measured"}`, cx: this.x(u), cy: this.y(P), r: 5 }));
   }
 
