@@ -10,7 +10,9 @@ from speed_error_points import ERROR, TIME, Level, Panel, Subject, family_points
 from speed_error_words import against, dominance, shown
 
 TIME_LABEL = "CPU, s a fit"
-DEFAULT_WORDS = "a record of 300 rows, 6 local searches from a cover of 2 048 samples, model off by 3 % and 1 %"
+DEFAULT_WORDS = (
+    "a record of 300 rows, 6 local searches from a cover of 2 048 samples, model off by 3 % and 1 %"
+)
 ROWS, STARTS, COVER, ALLOWED, OBJECTIVE = (
     "rows of the record", "local searches", "samples of the cover", "model allowed to be off",
     "objective, simplex",
