@@ -121,7 +121,8 @@ function clean(text) {
   return text.normalize("NFC").replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-+|-+$/g, "");
 }
 
-window.ploughval = Object.freeze({ save, svgText, csv });
+// The one name that the scripts of the page share; `player` is filled by those of the player.
+window.ploughval = Object.freeze({ save, svgText, csv, player: {} });
 
 // Marks the page as one whose scripts run; what needs them is shown from then on.
 root.classList.add("scripted");

@@ -1,5 +1,6 @@
 // The player: slider, keys, play button and pointers choose the frame; stage, chart and readout follow.
-const { Stage, Chart, dots, fixed, withStd, minus, COLOURS, svg } = window.ploughvalPlayer;
+const { save, svgText, csv, player } = window.ploughval;
+const { Stage, Chart, dots, fixed, withStd, minus, COLOURS, svg } = player;
 const room = document.querySelector("[data-player=room]");
 const PLAY = "M4 2.5v11l9.5-5.5z", PAUSE = "M3.5 2.5h3.2v11H3.5zM9.3 2.5h3.2v11H9.3z";
 const AHEAD = 4;
@@ -158,10 +159,14 @@ function start() {
     bar.replaceChildren("0 ", swatches, ` ${minus(top)} and more, ${words}`);
   }
 
-  const named = () => `frame-${String(frames[now].n).padStart(4, "0")}`, { save, svgText, csv } = window.ploughval;
+  const named = () => `frame-${String(frames[now].n).padStart(4, "0")}`;
+  // The photograph is waited for first: until it is decoded the stage holds the one before.
   part("save-svg").addEventListener("click", async () => {
-    const name = `${named()}.svg`, address = stage.address(now), text = svgText(part("stage")), jpeg = await asJpeg(now);
-    save(name, "image/svg+xml", jpeg ? text.replace(address, jpeg) : text);
+    pause();
+    const k = now, jpeg = await asJpeg(k), address = stage.address(k);
+    if (now !== k) show(k);
+    const text = svgText(part("stage"));
+    save(`${named()}.svg`, "image/svg+xml", jpeg ? text.replace(address, jpeg) : text);
   });
   part("save-csv").addEventListener("click", () => save(`${named()}-lines.csv`, "text/csv", csv(lineRows())));
   part("save-force")?.addEventListener("click", () => save("force-history.csv", "text/csv", csv(forceRows())));

@@ -1,8 +1,8 @@
 // Force against travel, P / P0 over u / d with mm and N on the other sides, and a cursor at the frame shown.
-const { rows, ticks, minus, svg } = window.ploughvalPlayer;
+const { rows, ticks, minus, svg } = window.ploughval.player;
 const LEFT = 44, RIGHT = 40, TOP = 40, BOTTOM = 38;
 
-window.ploughvalPlayer.Chart = class {
+window.ploughval.player.Chart = class {
   constructor(chart, data) {
     Object.assign(this, { chart, data, measured: rows(data.force.measured), model: rows(data.force.model), envelope: rows(data.force.envelope) });
     const all = [...this.measured, ...this.model], us = [...all.map((row) => row.u), ...data.frames.map((frame) => frame.u)];

@@ -3,7 +3,6 @@
 // is not shown, note of the ledger; P force, s its std, Q predicted;
 // b, bs inclination and its std, c predicted; i, j numbers of the bands; L, M layers measured and predicted;
 // S, T surfaces; B, C outcrops of the bands; d, m, g dots: places, motion, shear; p photograph.
-const player = (window.ploughvalPlayer = {});
 const LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 // Numbers of seven bits a byte (see player/coding.py).
@@ -107,4 +106,4 @@ function svg(tag, attributes = {}, ...children) {
   return element;
 }
 
-Object.assign(player, { lines, dots, shares, rows, ticks, minus, fixed, withStd, svg });
+Object.assign(window.ploughval.player, { lines, dots, shares, rows, ticks, minus, fixed, withStd, svg });

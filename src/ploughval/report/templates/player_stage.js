@@ -1,10 +1,10 @@
 // The panels of one frame: predicted above, measured below over the photograph, on the same axes.
-const { lines, shares, ticks, minus, svg } = window.ploughvalPlayer;
+const { lines, shares, ticks, minus, svg } = window.ploughval.player;
 const LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 40, GAP = 10, TALLEST = 620, TAIL = 2;
 const COLOURS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
 
 // Draws into the element `stage`; `shown` tells which layers are on, `dots` what the points show.
-window.ploughvalPlayer.Stage = class {
+window.ploughval.player.Stage = class {
   constructor(stage, data, places) {
     Object.assign(this, { stage, data, places, shown: {}, dots: "tails", kept: new Map(), pictures: new Map() });
     this.still = stage.querySelector("image")?.getAttribute("href");
@@ -13,7 +13,7 @@ window.ploughvalPlayer.Stage = class {
   // Sizes and axes for a width in px.
   lay(width) {
     const [x0, x1, y0, y1] = this.data.view, panels = this.data.panels, room = width - LEFT - RIGHT;
-        this.scale = Math.min(room / (x1 - x0), (TALLEST - GAP) / panels.length / (y1 - y0));
+    this.scale = Math.min(room / (x1 - x0), (TALLEST - GAP) / panels.length / (y1 - y0));
     this.left = LEFT + (room - this.scale * (x1 - x0)) / 2;
     this.width = this.scale * (x1 - x0);
     this.height = this.scale * (y1 - y0);
@@ -212,4 +212,4 @@ window.ploughvalPlayer.Stage = class {
     return svg("g", { "data-layer": "photograph" }, image);
   }
 };
-window.ploughvalPlayer.COLOURS = COLOURS;
+window.ploughval.player.COLOURS = COLOURS;
