@@ -3,20 +3,14 @@
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
-
-from jinja2 import BaseLoader, Environment, StrictUndefined, TemplateNotFound
 
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.report.attached import Attached, attached
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.calibration import calibration_chapter
-from ploughval.report.chapters import (
-    bands_chapter,
-    field_chapter,
-)
+from ploughval.report.chapters import bands_chapter, field_chapter
 from ploughval.report.force import force_chapter
 from ploughval.report.friction import friction_chapter
 from ploughval.report.good_practice import good_practice_chapter
@@ -25,13 +19,13 @@ from ploughval.report.mound import mound_chapter
 from ploughval.report.photographs import open_photographs
 from ploughval.report.player import player_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
+from ploughval.report.rendering import rendered
 from ploughval.report.results import Results, read_results
 from ploughval.report.scripts import json_block, page_script
 from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
-from ploughval.report.text import slug
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
 from ploughval.watch import Progress, one_step, unheard
 
@@ -133,27 +127,8 @@ def with_files(files: Mapping[str, Attached]) -> dict[str, Any]:
 
 
 def render(template: str, **context: Any) -> str:
-    """A template of the package with everything escaped that is not a figure."""
-    environment = Environment(
-        loader=_PackageTemplates(),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["slug"] = slug
-    return environment.get_template(template).render(script=page_script(SCRIPTS), **context)
-
-
-class _PackageTemplates(BaseLoader):
-    """Templates beside this module, wherever the package is installed (a zip too)."""
-
-    def get_source(self, environment: Environment, template: str) -> tuple[str, None, None]:
-        file = resources.files("ploughval.report").joinpath("templates", template)
-        try:
-            return file.read_text(encoding="utf-8"), None, None
-        except OSError:
-            raise TemplateNotFound(template) from None
+    """A page of the package's templates, with the scripts that all pages have."""
+    return str(rendered(template, script=page_script(SCRIPTS), **context))
 
 
 def _write(target: Path, page: str) -> Path:

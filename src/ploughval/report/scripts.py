@@ -5,10 +5,11 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any
 
 from markupsafe import Markup
+
+from ploughval.report.rendering import template_text
 
 _JSON_ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 
@@ -34,8 +35,7 @@ def page_script(names: Sequence[str]) -> Script:
     names : sequence of str
         Files in ``templates``, in the order in which they run.
     """
-    folder = resources.files("ploughval.report").joinpath("templates")
-    parts = [folder.joinpath(name).read_text(encoding="utf-8").strip() for name in names]
+    parts = [template_text(name).strip() for name in names]
     text = '"use strict";\n' + "\n".join(f"(() => {{\n{part}\n}})();" for part in parts)
     digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
     return Script(Markup(text), digest)

@@ -3,11 +3,7 @@
 import base64
 import math
 from collections.abc import Sequence
-from importlib import resources
 from typing import Any
-
-from jinja2 import Environment, StrictUndefined
-from markupsafe import Markup
 
 from ploughval.report.blocks import Chapter
 from ploughval.report.figures.layers import Extent
@@ -18,6 +14,7 @@ from ploughval.report.player.frames import Moment, moments, spread
 from ploughval.report.player.lines import Lines, frame_lines
 from ploughval.report.player.pictures import MOST_PICTURES, Pictures, frame_pictures
 from ploughval.report.player.still import Panels, Scene, still
+from ploughval.report.rendering import rendered
 from ploughval.report.results import Results
 from ploughval.report.scripts import json_block
 from ploughval.report.stages import view
@@ -67,7 +64,8 @@ def player_chapter(results: Results, photographs: Photographs | None) -> Chapter
     data["frames"][row].pop("p", None)  # it stands in the drawing
     panels = Panels.of(extent, names)
     scene = _scene(shown[row], results.thickness_mm, pictures)
-    markup = _render(
+    markup = rendered(
+        "player.html.j2",
         panels=panels,
         still=still(panels, lines, row, scene),
         frame=shown[row].frame,
@@ -174,13 +172,3 @@ def _notes(
             "goes through these; the slider stops at the frames between as well, without a photograph."
         )
     return notes
-
-
-def _render(**context: Any) -> Markup:
-    """The player's own template with everything escaped that is not a drawing or data."""
-    folder = resources.files("ploughval.report").joinpath("templates")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    text = folder.joinpath("player.html.j2").read_text(encoding="utf-8")
-    return Markup(environment.from_string(text).render(**context))
