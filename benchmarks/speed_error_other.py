@@ -94,13 +94,23 @@ def _page(folder: Path) -> Facts | None:
     table = read(folder, "page.csv")
     if table is None:
         return None
-    most = table.loc[table["page_s"].idxmax()]
+    most = table.loc[table["page_cpu_s"].idxmax()]
     note = (
         f"The slowest page: {most['frames']:.0f} photographs of {most['width_px']:.0f} x "
-        f"{most['height_px']:.0f} px ({most['kind']}) take {shown(float(most['page_s']))} s and weigh "
+        f"{most['height_px']:.0f} px ({most['kind']}) take {shown(float(most['page_cpu_s']))} s of CPU and weigh "
         f"{shown(float(most['page_MB']))} MB; the heaviest weighs {shown(float(table['page_MB'].max()))} MB."
     )
-    names = ["frames", "width_px", "height_px", "kind", "points", "read_s", "player_s", "page_s", "page_MB"]
+    names = [
+        "frames",
+        "width_px",
+        "height_px",
+        "kind",
+        "points",
+        "read_cpu_s",
+        "player_cpu_s",
+        "page_cpu_s",
+        "page_MB",
+    ]
     head = [
         "Photographs",
         "Width, px",
@@ -112,7 +122,7 @@ def _page(folder: Path) -> Facts | None:
         "Page, s",
         "Page, MB",
     ]
-    lead = "The report page against the number of photographs, their size and their kind; by the clock."
+    lead = "The report page against the number of photographs, their size and their kind; CPU, all threads."
     return Facts(
         "page", "The report page", lead, (note,), (_table(table[names], "By case", head),), ("page.csv",)
     )
