@@ -97,7 +97,8 @@ def _page(folder: Path) -> Facts | None:
     most = table.loc[table["page_cpu_s"].idxmax()]
     note = (
         f"The slowest page: {most['frames']:.0f} photographs of {most['width_px']:.0f} x "
-        f"{most['height_px']:.0f} px ({most['kind']}) take {shown(float(most['page_cpu_s']))} s of CPU and weigh "
+        f"{most['height_px']:.0f} px ({most['kind']}) take {shown(float(most['page_cpu_s']))} s of CPU "
+        f"and weigh "
         f"{shown(float(most['page_MB']))} MB; the heaviest weighs {shown(float(table['page_MB'].max()))} MB."
     )
     names = [
