@@ -163,7 +163,7 @@ class Visits:
         )
         self._contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(30_000)
         page.add_init_script(path=CHECKS)
         page.on("console", lambda message: self._troubles.append(f"console: {message.text}"))
         page.on("pageerror", lambda error: self._troubles.append(f"error: {error}"))
