@@ -132,7 +132,7 @@ def compare_objectives(out: Path) -> tuple[pd.DataFrame, dict[str, Floats]]:
             angles = np.array([[_at(cost, (p, r, truth[2])) for p in peak] for r in residual])
             other = np.array([[_at(cost, (p, truth[1], g)) for p in peak] for g in length])
             maps[f"{case.name}|{name}|residual"], maps[f"{case.name}|{name}|length"] = angles, other
-            ends, costs = _searches(cost)
+            ends, costs = searches(cost)
             best = ends[int(np.argmin(costs))]
             near = np.all(np.abs(ends - best) < NEAR, axis=1)
             rows.append(
@@ -169,9 +169,9 @@ def minima(values: Floats) -> int:
     return int(np.sum(np.isfinite(values) & np.all([values < other for other in around], axis=0)))
 
 
-def _searches(cost: Cost) -> tuple[Floats, Floats]:
-    """Ends of a downhill simplex from an even cover of the range, the same for every objective."""
-    unit = qmc.Sobol(3, scramble=False).random(64)[:STARTS]
+def searches(cost: Cost, starts: int = STARTS) -> tuple[Floats, Floats]:
+    """Ends (starts, 3) of a downhill simplex from an even cover of the range, and the cost at each."""
+    unit = qmc.Sobol(3, scramble=False).random(64)[:starts]
     ends, costs = [], []
     for share in unit:
         start = LOW + (HIGH - LOW) * share

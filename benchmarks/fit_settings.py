@@ -12,10 +12,8 @@ from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
-from scipy.stats import qmc
 
-from fit_objectives import HIGH, LOW, objectives
+from fit_objectives import objectives, searches
 from fit_records import FINE, Made, paper_soil, scene_of, stretched, wave
 from ploughval.model import force_history
 from ploughval.model.fit import PARAMETERS, Discrepancy, SharedErrors, fit_soil, search
@@ -26,7 +24,7 @@ Floats = NDArray[np.float64]
 TRAVEL_MM, DEPTH_MM, NOISE = 75.0, 30.0, 0.01
 OFFSET, GAIN, ALLOWED = 0.02, 0.01, Discrepancy()
 SEEDS, QUICK_SEEDS = range(4), range(1)
-SIMPLEX_STARTS, EVALUATIONS = 8, 160
+SIMPLEX_STARTS = 8
 SETTING_COLUMNS = (
     "family", "setting", "default", "seeds", "angles_deg", "length_pct", "stated_deg", "hold_pct", "cpu_s",
     "wall_s",
@@ -102,18 +100,8 @@ def fitted(setting: Setting, seed: int) -> Answer:
 
 def searched(cost: Callable[[Floats], float], truth: Floats) -> tuple[Floats, float]:
     """Errors of the angles, degrees, and of the length, relative, at the best end of the simplex searches."""
-    best, least = truth, np.inf
-    for share in qmc.Sobol(3, scramble=False).random(SIMPLEX_STARTS):
-        start = LOW + (HIGH - LOW) * share
-        start[1] = LOW[1] + share[1] * (min(start[0], HIGH[1]) - LOW[1])
-        simplex = np.vstack([start, start + np.diag([2.0, 2.0, 0.3])])
-        found = minimize(
-            lambda s: cost(np.clip(s, LOW, HIGH)), start, method="Nelder-Mead",
-            options={"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 1e-2, "fatol": 1e-3},
-        )  # fmt: skip
-        if found.fun < least:
-            best, least = np.clip(found.x, LOW, HIGH), float(found.fun)
-    error = best - truth
+    ends, costs = searches(cost, SIMPLEX_STARTS)
+    error = ends[int(np.nanargmin(costs))] - truth
     return error[:2], float(np.exp(error[2]) - 1.0)
 
 
