@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from ploughval.report.figures.look import legend_outside, narrow, small_pt
 from ploughval.report.figures.style import (
@@ -81,8 +82,8 @@ def profiles_figure(profiles: pd.DataFrame, levels: Mapping[str, float]) -> Figu
         axes.plot(x, y - y[best], "o", ms=3.5, color=MODEL)
         for text, level in levels.items():
             axes.axhline(level, color=MUTED, lw=0.9, ls="--")
-            axes.annotate(text, (0.5, level), xycoords=("axes fraction", "data"), ha="center", va="bottom",
-                          fontsize=small_pt(), color=MUTED)  # fmt: skip
+            place = _clear(fine, rise, level)
+            axes.annotate(text, (place, level), ha="center", va="bottom", fontsize=small_pt(), color=MUTED)
         axes.set_ylim(0.0, highest)
         axes.set_xlabel(quantity(name))
         axes.locator_params(axis="x", nbins=4)
@@ -91,6 +92,13 @@ def profiles_figure(profiles: pd.DataFrame, levels: Mapping[str, float]) -> Figu
     for axes in panels[::columns]:
         axes.set_ylabel("rise of the cost")
     return figure
+
+
+def _clear(x: NDArray[np.float64], rise: NDArray[np.float64], level: float) -> float:
+    """Where on a level a remark is farthest from the curve."""
+    inner = slice(len(x) // 8, -(len(x) // 8))
+    apart = np.abs(np.minimum(rise[inner], _HIGHEST) - level - 0.05 * _HIGHEST)
+    return float(x[inner][int(np.argmax(apart))])
 
 
 @styled
