@@ -165,7 +165,7 @@ def test_no_folder_at_all_is_refused(tmp_path):
 
 def test_the_command_writes_page_and_figures(result_folder, tmp_path, monkeypatch):
     monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.force_chapter,))
-    monkeypatch.setattr("ploughval.report.page.single_page", lambda results: "page")
+    monkeypatch.setattr("ploughval.report.page.single_page", lambda *_: "page")
     asked = [
         "report",
         str(result_folder),
