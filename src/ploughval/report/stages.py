@@ -210,12 +210,19 @@ def outcrops(
     return np.column_stack([x, y])
 
 
-def _from_history(history: pd.DataFrame, u_mm: float) -> tuple[Values, Values]:
+def increment_at(history: pd.DataFrame, u_mm: float) -> pd.Series | None:
+    """The row whose increment is nearest to a displacement, of those in which a band slips."""
     known = history.dropna(subset=["u_mm", "beta_deg", "outcrop_x_mm"])
     if known.empty:
-        return np.empty(0), np.empty(0)
+        return None
     half = known["du_mm"] / 2 if "du_mm" in known else 0.0
-    now = known.iloc[int((known["u_mm"] + half - u_mm).abs().argmin())]
+    return known.iloc[int((known["u_mm"] + half - u_mm).abs().argmin())]
+
+
+def _from_history(history: pd.DataFrame, u_mm: float) -> tuple[Values, Values]:
+    now = increment_at(history, u_mm)
+    if now is None:
+        return np.empty(0), np.empty(0)
     x = np.array([float(now["outcrop_x_mm"])])
     return x, (x - u_mm) * np.tan(np.radians(float(now["beta_deg"])))
 

@@ -11,6 +11,7 @@ from ploughval.report.player.coding import pack, zigzag
 from ploughval.report.player.frames import Moment
 from ploughval.report.reading import read_table
 from ploughval.report.results import Results
+from ploughval.report.stages import increment_at
 
 CHART_PX = 720
 _DIGITS = 1e-4  # of the greatest value: the step to which forces are rounded, at most
@@ -157,14 +158,9 @@ def _at(table: pd.DataFrame | None, u_mm: float, name: str) -> float:
 
 def _inclination(history: pd.DataFrame | None, u_mm: float) -> tuple[float, float]:
     """Inclination of the increment nearest to a travel, with its std where there is one, degrees."""
-    nothing = float("nan"), float("nan")
-    if history is None or not np.isfinite(u_mm):
-        return nothing
-    known = history.dropna(subset=["u_mm", "beta_deg", "outcrop_x_mm"])
-    if known.empty:
-        return nothing
-    half = known["du_mm"] / 2 if "du_mm" in known else 0.0
-    now = known.iloc[int((known["u_mm"] + half - u_mm).abs().argmin())]
+    now = None if history is None or not np.isfinite(u_mm) else increment_at(history, u_mm)
+    if now is None:
+        return float("nan"), float("nan")
     return float(now["beta_deg"]), float(now.get("beta_std_deg", float("nan")))
 
 
