@@ -21,6 +21,7 @@ from ploughval.scene_faults import (
     file_faults,
     find_files,
     known_keys,
+    not_files,
     number,
     rename_keys,
     setting_faults,
@@ -161,6 +162,10 @@ class Scene(Table):
     def matches(self, pattern: str) -> list[Path]:
         """Files of the test folder that match a pattern, sorted by name."""
         return find_files(self.folder, pattern)
+
+    def not_files(self, pattern: str) -> list[Path]:
+        """What matches a pattern but cannot be read: links to nowhere, pipes and devices, sorted by name."""
+        return not_files(self.folder, pattern)
 
 
 def _inside(values: Mapping[str, Any], key: str) -> Mapping[str, Any]:

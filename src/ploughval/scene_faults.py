@@ -1,6 +1,7 @@
 """What is wrong with a test.toml, in words: unknown keys, wrong units, impossible values, missing files."""
 
 import difflib
+import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -215,6 +216,15 @@ def _matching(folder: Path, pattern: str) -> list[Path]:
         return []
 
 
+def not_files(folder: Path, pattern: str) -> list[Path]:
+    """What matches a pattern but is neither file nor directory: links to nowhere, pipes, devices."""
+    try:
+        found = [folder / pattern, *folder.glob(pattern)]
+        return sorted({p for p in found if os.path.lexists(p) and not p.is_file() and not p.is_dir()})
+    except (ValueError, NotImplementedError, OSError, RuntimeError):
+        return []
+
+
 def _within(folder: Path, path: Path) -> bool:
     """Whether a file lies in the folder once every link is followed."""
     try:
@@ -331,6 +341,8 @@ def _leaves(name: str) -> bool:
 def _near(folder: Path, name: str) -> str:
     """What stands where the file was sought."""
     place = (folder / name).parent
+    if not _within(folder, place):
+        return f"{place} leads outside the test folder. Copy the files into it."
     try:
         place = place if place.is_dir() else folder
         there = sorted(p.name + "/" * p.is_dir() for p in place.iterdir())

@@ -43,6 +43,10 @@ def read_empty(scene: Scene, cells: LoadCells, faults: list[str], lost: list[str
     for pattern in cells.empty:
         if not scene.matches(pattern):
             lost.append(f"empty-box run left out: no file matches {pattern!r} of [loadcells] empty")
+        lost += [
+            f"empty-box run left out: {path}: is no file but a link, pipe or device"
+            for path in scene.not_files(pattern)
+        ]
     paths = sorted({path for pattern in cells.empty for path in scene.matches(pattern)} - logs)
     runs = []
     for path in paths:

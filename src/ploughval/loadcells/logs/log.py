@@ -24,6 +24,7 @@ from ploughval.loadcells.logs.time_faults import Rows, order_times
 from ploughval.loadcells.logs.units import OURS, unit_factor
 from ploughval.scene import CellCalibration, LogColumns
 
+_SHORTEST_S = 1e-9  # times that rise by less in all are the same
 _SCALES = {"moment_upper": "upper_Nm_per_unit", "moment_lower": "lower_Nm_per_unit"}
 
 
@@ -96,12 +97,19 @@ def read_log(
             path=files[0],
         )
     data, more = check_columns(table, rows)
-    if len(data) < 2:
+    if len(data) < 2 or not np.ptp(data["time_s"].to_numpy()) > _SHORTEST_S:
         raise DataError(
             f"all times in column {columns.time_s!r} are the same; expected times that rise. Where the clock "
             'stood still, count the rows: rate_hz, and columns.time_s = ""',
             path=files[0],
         )
+    for key, name in (("moment_upper", columns.moment_upper_Nm), ("moment_lower", columns.moment_lower_Nm)):
+        if not np.isfinite(data[key].to_numpy()).any():
+            raise DataError(
+                f"column {name!r} holds no number that can be a reading; expected one a row. Check which "
+                f"column is meant: [loadcells.columns] {key}_Nm",
+                path=files[0],
+            )
     early = stops_early(data["time_s"].to_numpy(), data["displacement_mm"].to_numpy())
     return Log(data, tuple([*faults, *more]), tuple(dict.fromkeys([*notes, *early])))
 

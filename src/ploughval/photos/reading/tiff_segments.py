@@ -55,6 +55,8 @@ def assemble(page: Any) -> NDArray[np.uint8] | NDArray[np.uint16]:
     tall, wide = (
         (int(page.tilelength), int(page.tilewidth)) if page.is_tiled else (int(page.rowsperstrip), width)
     )
+    if tall < 1 or wide < 1:
+        raise ValueError(f"strips or tiles of {wide} x {tall} px")
     refuse_large_shape(wide, tall if page.is_tiled else 1)
     across, down = -(-width // wide), -(-height // tall)
     planes = int(page.samplesperpixel) if apart else samples

@@ -103,6 +103,9 @@ def _files(scene: Scene, camera: Camera) -> tuple[list[Path], list[str]]:
     matched = [p for p in scene.matches(camera.photos) if not p.name.startswith(".")]
     files = [p for p in matched if p.suffix.lower() in ENDINGS]
     notes = [f"not a photograph, left out: {p.name}" for p in matched if p.suffix.lower() not in ENDINGS]
+    notes += [
+        f"no file but a link, pipe or device, left out: {p.name}" for p in scene.not_files(camera.photos)
+    ]
     if not files:
         other = ", ".join(sorted({p.suffix for p in matched}))
         more = f"; files of other kinds do ({other}): convert them to PNG, TIFF or JPEG" if matched else ""

@@ -58,8 +58,9 @@ def table_times(table: Path, names: Sequence[str]) -> FrameTimes:
     unknown: list[str] = []
     for line, name, value in rows:
         wanted = name if name in frames else name.replace("\\", "/").removeprefix("./")
-        if wanted not in frames and len(bare.get(wanted, ())) == 1:
-            (wanted,) = bare[wanted]
+        for other in (name, wanted):
+            if wanted not in frames and len(bare.get(other, ())) == 1:
+                (wanted,) = bare[other]
         if wanted not in frames:
             unknown.append(name)
             continue
