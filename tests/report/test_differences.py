@@ -12,7 +12,7 @@ from ploughval.compare.bands.pairs import PAIR_COLUMNS
 from ploughval.compare.lines.distances import DISTANCE_COLUMNS
 from ploughval.compare.mound.history import MOUND_COLUMNS
 from ploughval.report.band_pairs import pair_parts
-from ploughval.report.blocks import Pen
+from ploughval.report.blocks import Cell, Pen, travel_cell
 from ploughval.report.differences import differences_at, distance_parts
 from ploughval.report.figures.differences import (
     NEUTRAL,
@@ -199,4 +199,9 @@ def test_bands_stand_side_by_side_with_what_was_not_seen(results, folder):
     ]  # fmt: skip
     assert table.rows[0][4].text == "1.5 ± 1.5"
     assert table.rows[1][4].text == "–"
-    assert table.rows[3][2].text == "50"
+    assert table.rows[3][2].text == "50.00"  # to the hundredth of a millimetre
+
+
+def test_a_band_that_starts_at_rest_is_not_told_to_a_ten_thousandth_of_a_millimetre():
+    assert travel_cell(-0.0002645) == Cell("0.00", -0.0002645)
+    assert travel_cell(float("nan")).text == "–"

@@ -5,7 +5,7 @@ import math
 import pandas as pd
 
 from ploughval.compare.bands.pairs import PAIR_COLUMNS
-from ploughval.report.blocks import Cell, Drawing, Pen, Table, value_cell
+from ploughval.report.blocks import Cell, Drawing, Pen, Table, travel_cell, value_cell
 from ploughval.report.figures.band_pairs import band_pairs_figure
 from ploughval.report.reading import read_table
 from ploughval.report.results import Results
@@ -57,7 +57,7 @@ def _row(pair: pd.Series) -> list[Cell]:
     sides = [float(pair[f"band_{side}"]) for side in ("experiment", "model")]
     start = float(pair["u_start_mm_experiment"])
     start = start if math.isfinite(start) else float(pair["u_start_mm_model"])
-    cells = [value_cell(one) for one in (*sides, start)]
+    cells = [*(value_cell(side) for side in sides), travel_cell(start)]
     for name, _ in _SHOWN:
         error = float(pair[f"{name}_difference"])
         text = with_std(error, float(pair[f"{name}_validation_std"])) if math.isfinite(error) else MISSING

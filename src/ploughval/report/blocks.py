@@ -157,6 +157,13 @@ def pair_cell(value: float | None, std: float | None) -> Cell:
     return Cell(with_std(value, std), value, std=std if std is not None and math.isfinite(std) else None)
 
 
+def travel_cell(value: float) -> Cell:
+    """A displacement to the hundredth of a millimetre, which is finer than any band is known to."""
+    if not math.isfinite(value):
+        return Cell(MISSING)
+    return Cell(f"{value:z.2f}".replace("-", "−"), value)
+
+
 BAND_HEAD = (
     "Source",
     "Band",
@@ -179,8 +186,8 @@ def band_rows(bands: pd.DataFrame | None, source: str) -> list[list[Cell]]:
             [
                 Cell(source, mark=source),
                 value_cell(value["band"]),
-                value_cell(value["u_start_mm"]),
-                value_cell(value["u_end_mm"]),
+                travel_cell(value["u_start_mm"]),
+                travel_cell(value["u_end_mm"]),
                 pair_cell(value["beta_deg"], value["beta_std_deg"]),
                 pair_cell(value["outcrop_x_mm"], value["outcrop_std_mm"]),
                 value_cell(value["slip_mm"]),
