@@ -15,9 +15,9 @@ from ploughval.report.text import MISSING, number, with_std
 
 _HEADS = {
     "sensitivity_N": "Sensitivity of the force, N per unit",
-    "share": "Share of its variance",
+    "share": "Share of the force's variance",
     "sensitivity_mm": "Sensitivity of the line of action, mm per unit",
-    "arm_share": "Share of its variance",
+    "arm_share": "Share of the variance of the line of action",
     "std": "Standard uncertainty",
 }
 
@@ -159,7 +159,11 @@ def _budget(budget: pd.DataFrame) -> Table:
         [_budget_cell(name, value) for name, value in zip(budget.columns, row, strict=True)]
         for row in budget.itertuples(index=False, name=None)
     ]
-    return Table("Budget", head, rows, kind="cards")
+    together = (
+        "What the errors of the two cells have in common is split evenly: shares add up to 100 %, and one "
+        "of them may be negative."
+    )
+    return Table("Budget", head, rows, kind="cards", footnotes=(together,))
 
 
 def _budget_cell(column: str, value: object) -> Cell:
