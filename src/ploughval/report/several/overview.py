@@ -85,7 +85,7 @@ def _notes(found: SeveralFindings) -> list[str]:
     grouping = found.grouping
     repeated = [group for group in grouping.groups if len(group.members) > 1]
     if not grouping.varying:
-        said = ["All tests repeat each other."]
+        said = ["All tests repeat each other." if repeated else "The settings of all tests are alike."]
     else:
         names = ", ".join(f"{key.table}.{key.name}" for key in grouping.varying)
         said = [f"Between groups differs: {names}."]
