@@ -266,7 +266,7 @@ def _reason(error: Exception) -> str:
 
 def same_pictures(now: Mapping[str, Any], then: Mapping[str, Any]) -> bool:
     """Whether settings show the photographs of a run as it saw them: name and notes may be others."""
-    words = {"test": {}}
+    words: dict[str, Any] = {"test": {}}
     return unchanged({**now, **words}, {**then, **words})
 
 
