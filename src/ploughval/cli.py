@@ -337,7 +337,10 @@ def synth(
 @app.command()
 def bench(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Which ones (model, piv, force, whole); default all.")
+        list[str] | None,
+        typer.Argument(
+            help="Which ones (piv, sequences, force, model, fit, compare, whole, ...); default all."
+        ),
     ] = None,
     out: Annotated[
         Path | None,
