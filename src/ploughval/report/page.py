@@ -1,12 +1,10 @@
 """Pages from result folders: one test, or several side by side; one self-contained file each."""
 
-import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ploughval.errors import ConfigError, DataError, Fault
+from ploughval.errors import ConfigError, Fault
 from ploughval.report.attached import Attached, attached
 from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.calibration import calibration_chapter
@@ -27,6 +25,7 @@ from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
+from ploughval.run.store import write_text
 from ploughval.watch import Progress, one_step, unheard
 
 PAGE_NAME = "report.html"
@@ -71,10 +70,11 @@ def write_report(
     target = tests[0].folder if out is None else Path(out)
     target = target / name if target.is_dir() else target
     if len(tests) == 1:
-        return _write(target, single_page(tests[0], progress))
+        write_text(target, single_page(tests[0], progress))
+        return target
     with one_step(progress, STAGE):
         found = find_several(tests)
-        _write(target, render("test.html.j2", **several_context(found, Pen())))
+        write_text(target, render("test.html.j2", **several_context(found, Pen())))
         write_numbers(found, target)
     return target
 
@@ -129,21 +129,3 @@ def with_files(files: Mapping[str, Attached]) -> dict[str, Any]:
 def render(template: str, **context: Any) -> str:
     """A page of the package's templates, with the scripts that all pages have."""
     return str(rendered(template, script=page_script(SCRIPTS), **context))
-
-
-def _write(target: Path, page: str) -> Path:
-    """Write beside the target and rename, so that no half page is ever seen."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=".report-", suffix=".html", dir=target.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(page)
-            os.chmod(name, 0o644)
-            os.replace(name, target)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise DataError(f"the page cannot be written: {error}", path=target) from None
-    return target
