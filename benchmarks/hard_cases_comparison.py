@@ -356,7 +356,9 @@ def cases() -> Sequence[HardCase]:
 
 def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     """Both forces, and a bar of metrics."""
-    bar, ax = canvas.subplots(2, 1, height_ratios=(1, 6))
+    bar, ax = canvas.subplots(2, 1, height_ratios=(1, 7))
+    bar.set_xlim(0, max(sum(shown.counts), 1))
+    bar.set_ylim(-0.4, 0.4)
     ax.plot(*shown.model, color=MODEL, linewidth=1.2)
     ax.plot(*shown.measured, color=MEASURED, linewidth=0.8)
     ax.set_xlabel("u, mm")

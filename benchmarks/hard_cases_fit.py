@@ -162,7 +162,7 @@ def cases() -> Sequence[HardCase]:
 def draw(canvas: Canvas, case: HardCase, shown: Drawn) -> None:
     """Record and fit; intervals of 95 % about the truth."""
     left, right = canvas.subplots(1, 2, width_ratios=(2.2, 1.0))
-    some = np.unique(np.linspace(0, len(shown.u) - 1, min(len(shown.u), 200)).round().astype(int))
+    some = np.unique(np.linspace(0, len(shown.u) - 1, min(len(shown.u), 120)).round().astype(int))
     left.plot(shown.u[some], shown.force[some], ".", color=MEASURED, markersize=2)
     left.plot(shown.u[some], shown.model[some], color=MODEL, linewidth=1.2)
     left.set_xlabel("u, mm")

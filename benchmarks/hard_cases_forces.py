@@ -24,7 +24,7 @@ PLAIN = Case("noise", noise_Nm=0.002, scatter=0.02)
 MOVING_S = (10.0, 50.0)
 STDS = 3.0
 ROWS = 1.0  # % of rows that may lie beyond three stated standard deviations
-DRAWN = 240
+DRAWN = 150
 
 
 @dataclass(frozen=True, slots=True)

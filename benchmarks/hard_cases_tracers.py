@@ -311,13 +311,16 @@ def draw(canvas: Canvas, case: HardCase, shown: Seen | Tracked) -> None:
     """The last photograph with what was found, or an increment's motion with its band."""
     ax = canvas.subplots()
     if isinstance(shown, Seen):
-        ax.imshow(shown.picture, cmap="gray", vmin=0, vmax=255)
-        ax.plot(*shown.surface.T, ".", color=MODEL, markersize=1.5)
+        half = shown.picture.reshape(SHAPE[0] // 2, 2, SHAPE[1] // 2, 2).mean(axis=(1, 3))
+        grey = (16.0 * np.floor(half / 16.0)).astype(np.uint8)
+        extent = (-0.5, SHAPE[1] - 0.5, SHAPE[0] - 0.5, -0.5)
+        ax.imshow(np.repeat(grey[..., None], 3, axis=2), extent=extent, interpolation="none")
+        ax.plot(*shown.surface[::4].T, ".", color=MODEL, markersize=2.0)
         for points in shown.layers:
-            ax.plot(*points.T, ".", color=MEASURED, markersize=1.5)
+            ax.plot(*points[::4].T, ".", color=MEASURED, markersize=2.0)
         ax.set_axis_off()
         return
-    some = slice(None, None, 7)
+    some = slice(None, None, 11)
     ax.quiver(*shown.points[some].T, *shown.motion[some].T, color=MUTED, angles="xy", width=0.002)
     if shown.true is not None:
         ax.plot(shown.true, [0, 30], color=MODEL, linewidth=2.0)
