@@ -198,6 +198,20 @@ def test_a_click_on_the_force_goes_to_the_travel_under_it(page):
     assert frame(page) == 8
 
 
+def test_a_tap_on_a_phone_goes_to_the_travel_under_it(visit, pages):
+    page = visit(pages.one, width=390, height=844, has_touch=True, is_mobile=True)
+    go(page, 8)
+    at = float(part(page, "cursor").get_attribute("x1"))
+    go(page, 0)
+    chart = part(page, "force")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    scale = box["width"] / float(chart.get_attribute("viewBox").split()[2])
+    page.touchscreen.tap(box["x"] + at * scale, box["y"] + box["height"] / 2)
+    assert frame(page) == 8
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
+
+
 def test_a_drag_across_the_picture_winds(page):
     stage = part(page, "stage")
     stage.scroll_into_view_if_needed()
