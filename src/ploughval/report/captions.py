@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-from ploughval.errors import DataError
+from ploughval.run.store import write_text
 
 NAMES = ("captions.md", "captions.csv")
 _HEAD = ("figure", "chapter", "caption", "alternative_text", "data", "width_mm", "height_mm")
@@ -28,7 +28,7 @@ class Captioned:
 
 
 def write_captions(figures: Sequence[Captioned], folder: Path, *, subject: str, source: str) -> list[Path]:
-    """Write captions.md and captions.csv beside the figures, each aside and renamed.
+    """Write captions.md and captions.csv beside the figures.
 
     Parameters
     ----------
@@ -47,14 +47,8 @@ def write_captions(figures: Sequence[Captioned], folder: Path, *, subject: str, 
     texts = (_markdown(figures, subject, source), _table(figures))
     written = []
     for name, text in zip(NAMES, texts, strict=True):
-        target, aside = folder / name, folder / f".{name}.part"
-        try:
-            aside.write_text(text, encoding="utf-8", newline="\n")
-            aside.replace(target)
-        except OSError as error:
-            aside.unlink(missing_ok=True)
-            raise DataError(f"the captions cannot be written: {error}", path=target) from None
-        written.append(target)
+        write_text(folder / name, text)
+        written.append(folder / name)
     return written
 
 

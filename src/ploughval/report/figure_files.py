@@ -29,6 +29,7 @@ from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter
+from ploughval.run.store import write_aside
 
 COLUMN_MM = 84.0
 FORMATS = ("svg", "png")
@@ -169,19 +170,17 @@ def _ready(folder: Path) -> Path:
 
 @styled
 def _saved(figure: Figure, target: Path, words: dict[str, str]) -> None:
-    """Write a figure aside and rename it; under the look in force, for ticks are made as they are drawn."""
+    """Write a figure; under the look in force, for ticks are made as they are drawn."""
     kind = target.suffix.lstrip(".")
     metadata: dict[str, str | None] = dict(words)
     metadata |= {"Date": None, "Creator": words["Source"]} if kind == "svg" else {"Software": words["Source"]}
-    aside = target.with_name(f".{target.name}.part")
-    try:
+
+    def write(aside: Path) -> None:
         figure.savefig(aside, format=kind, metadata=metadata)
         if kind == "svg":
             _describe(aside, words["Description"])
-        aside.replace(target)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise DataError(f"the figure cannot be written: {error}", path=target) from None
+
+    write_aside(target, write)
 
 
 def _describe(path: Path, text: str) -> None:

@@ -13,14 +13,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from ploughval.errors import DataError
 from ploughval.report.figures import look
 from ploughval.report.figures.svg import compact
+from ploughval.run.store import write_aside
 
-# Colours that the page re-defines for dark screens; kept apart from pure black and white on purpose.
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# Colours that the page re-defines for dark screens; kept apart from pure black and white on purpose.
 INK = "#1b1f23"
 MUTED = "#6a737d"
 GRID = "#dfe3e8"
@@ -167,7 +167,7 @@ def to_svg(figure: Figure, key: str, alt: str) -> str:
 
 @styled
 def saved(figure: Figure, target: Path) -> Path:
-    """Write a figure to a file of its own, aside and renamed; the same bytes for the same figure.
+    """Write a figure to a file of its own; the same bytes for the same figure.
 
     Raises
     ------
@@ -176,14 +176,7 @@ def saved(figure: Figure, target: Path) -> Path:
     """
     kind = target.suffix.lower().lstrip(".")
     metadata = {"png": {"Software": None}, "svg": {"Date": None}}.get(kind, {"CreationDate": None})
-    aside = target.with_name(f".{target.name}.part")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(aside, format=kind, metadata=metadata)
-        aside.replace(target)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise DataError(f"the picture cannot be written: {error}", path=target) from None
+    write_aside(target, lambda aside: figure.savefig(aside, format=kind, metadata=metadata))
     return target
 
 
