@@ -120,11 +120,6 @@ def settings(house: Any) -> Any:
     return house if look is None else house | look.settings()
 
 
-def on_paper() -> bool:
-    """Whether figures are drawn for a paper, where the caption says what a heading would."""
-    return _LOOK.get() is not None
-
-
 def narrow() -> bool:
     """Whether figures are drawn for a column of a paper."""
     look = _LOOK.get()
