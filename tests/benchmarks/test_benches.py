@@ -117,4 +117,4 @@ def test_the_machine_is_told_without_a_name_or_a_path(tmp_path):
     assert facts["cores"] >= 1
     told = (tmp_path / "machine.json").read_text(encoding="utf-8")
     assert os.uname().nodename not in told
-    assert "/" not in told.replace("km/h", "")
+    assert "/" not in told
