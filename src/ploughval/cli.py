@@ -58,7 +58,8 @@ def init(
     with command(as_json) as talk:
         from ploughval.run.setup.draft import write_draft
 
-        path = write_draft(folder)
+        with shown_progress(talk) as progress, one_step(progress, "init"):
+            path = write_draft(folder)
         talk.summary = {"file": str(path)}
         talk.say(
             f"wrote {path}: answer the lines that end in a question mark, then: ploughval check {folder}"
