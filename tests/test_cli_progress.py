@@ -161,7 +161,9 @@ def test_output_that_goes_to_a_file_gets_there_while_bars_are_drawn(tmp_path):
 def test_a_pipe_gets_a_few_plain_lines():
     done = subprocess.run([sys.executable, "-c", SHOW], capture_output=True, text=True, check=True)
     assert done.stdout == "one is done\nthe end\n"
-    assert re.sub(r"\d\.\d s", "* s", done.stderr).splitlines() == [
+    lines = re.sub(r"[\d.]+ s", "* s", done.stderr).splitlines()
+    # Between, a line once a second at most: none here, but on a machine that is slower than its clock.
+    assert [line for line in lines if not re.search("photographs: [123] of 4", line)] == [
         "tests: begun",
         "d30 [bold]01: photographs: begun",
         "a fault [red]in brackets",
