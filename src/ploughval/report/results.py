@@ -341,7 +341,7 @@ def _tracks(path: Path) -> xr.Dataset | None:
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as stored:
             tracks = stored.load()
-    except (OSError, ValueError, KeyError) as error:
+    except Exception as error:  # a spoiled file can raise anything within HDF5
         raise DataError(f"not readable as netCDF: {error}. {REMEDY}", path=path) from None
     missing = [name for name in TRACK_VARIABLES if name not in tracks]
     if missing:
