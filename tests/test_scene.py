@@ -1,5 +1,7 @@
 """A test.toml is either a scene whose steps follow from it, or refused with all its faults at once."""
 
+import os
+
 import pytest
 from pydantic import ValidationError
 
@@ -350,3 +352,47 @@ def block(lines, start):
     """A table's header and its lines."""
     end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
     return lines[start:end]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a." * 100_000 + "b = 1", "line 1: got"),
+        ("[blade]\n[" + '"a" . ' * 40 + "b]", "line 2: got"),
+        ("# " + "sand\n# " * 2_000_000, "holds 14 MB; expected at most 8.39 MB"),
+    ],
+)
+def test_a_text_that_would_take_the_parsers_memory_is_refused_before_it(tmp_path, text, told):
+    (tmp_path / "test.toml").write_text(text)
+    with pytest.raises(ConfigError, match=told):
+        load_scene(tmp_path)
+
+
+@pytest.mark.parametrize("made", ["pipe", "directory", "loop", "device"])
+def test_settings_that_are_no_file_are_refused_unopened(tmp_path, made):
+    path = tmp_path / "test.toml"
+    {
+        "pipe": lambda: os.mkfifo(path),
+        "directory": path.mkdir,
+        "loop": lambda: path.symlink_to("test.toml"),
+        "device": lambda: path.symlink_to("/dev/zero"),
+    }[made]()
+    with pytest.raises(ConfigError, match=r"test\.toml"):
+        load_scene(tmp_path)
+
+
+def test_a_link_out_of_the_folder_is_refused_and_one_within_is_followed(load, refused, tmp_path):
+    photograph = tmp_path / "photos" / "linked.png"
+    photograph.symlink_to(next(p for p in (tmp_path / "photos").iterdir()))
+    assert photograph in load(TEST + CAMERA).matches("photos/*.png")
+    photograph.unlink()
+    photograph.symlink_to("/etc/hostname")
+    told = str(refused(TEST + CAMERA))
+    assert "camera.photos: got 'photos/linked.png', which lies outside the test folder" in told
+    assert "Copy the files into the test folder" in told
+
+
+def test_layers_without_end_are_refused(refused):
+    heights = ", ".join(str(k / 1000) for k in range(2000))
+    text = TEST + SOIL + TRACERS.replace("[5, 10]", f"[{heights}]")
+    assert "expected at most 1000 values" in str(refused(text))

@@ -66,6 +66,10 @@ __all__ = [
 ]
 
 
+_DEEP = re.compile(r"""(?:[\w"'-]+[ \t]*\.[ \t]*){30}""")
+"""A key of tables in tables: the parser's memory grows with the square of their number."""
+
+
 class Step(StrEnum):
     """The steps of a run, in their order; a scene asks for some of them."""
 
@@ -229,6 +233,10 @@ def _read_toml(source: Path) -> dict[str, Any]:
     try:
         remedy = "Take out what the test does not need."
         text = read_limited(source, SETTINGS_BYTES, remedy).decode("utf-8-sig")
+        if (deep := _DEEP.search(text)) is not None:
+            line = text.count("\n", 0, deep.start()) + 1
+            fault = Fault(f"line {line}", repr(deep[0][:40] + "..."), "keys of at most a few tables")
+            raise ConfigError(source, [fault])
         return tomllib.loads(text)
     except FileNotFoundError:
         remedy = f"Write one with: ploughval init {source.parent}" if source.parent.is_dir() else ""

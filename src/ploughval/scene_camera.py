@@ -61,7 +61,7 @@ class Markers(Table):
         description="radius of what is painted about a dot, px: no sand is seen there; absent: two radii",
     )
     fixed_px: tuple[Pixel, ...] = Field(
-        (), description="[px_x, px_y] each, about: markers besides the control points"
+        (), max_length=1000, description="[px_x, px_y] each, about: markers besides the control points"
     )
 
     @property
@@ -113,9 +113,9 @@ class Camera(Table):
         None, description="with board: where the tip stands later, px; absent: travel along the rows"
     )
     direction: Direction = Field(Direction.RIGHT, description="the way the blade travels in the photograph")
-    control_points: tuple[tuple[Finite, Finite, Finite, Finite], ...] | None = Field(
-        None, description="[px_x, px_y, x_mm, y_mm] each, at least 4"
-    )
+    control_points: (
+        Annotated[tuple[tuple[Finite, Finite, Finite, Finite], ...], Field(max_length=10_000)] | None
+    ) = Field(None, description="[px_x, px_y, x_mm, y_mm] each, at least 4")
     markers: Markers | None = Field(
         None,
         description="painted markers: control_points are then approximate; told of the camera's movement",

@@ -34,6 +34,7 @@ _EXPECTED = {
     "literal_error": "{expected}",
     "enum": "{expected}",
 }
+_MANY = 100  # values from which on a length is a limit rather than that of a pair or triple
 # factor to the unit that ploughval uses, by ending of the key; the longest ending first
 _UNITS = {
     "mm_s": {"um_s": 1e-3, "cm_s": 10.0, "m_s": 1e3, "mm_min": 1 / 60, "cm_min": 1 / 6, "m_min": 1000 / 60},
@@ -165,6 +166,8 @@ def _expected(item: Any) -> str:
     template = _EXPECTED.get(item["type"])
     if template is None:
         return str(item["msg"])
+    if item["type"] == "too_long" and item["ctx"]["max_length"] >= _MANY:
+        template = f"at most {template}"
     context = {k: float(v) if k in ("gt", "ge", "lt", "le") else v for k, v in item.get("ctx", {}).items()}
     return template.format(**context)
 

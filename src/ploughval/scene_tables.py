@@ -1,6 +1,7 @@
 """The tables of test.toml: keys with unit, range and meaning, and what contradicts itself within a table."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -92,7 +93,7 @@ class Soil(Table):
 class Tracers(Table):
     """[tracers]: material lines to follow."""
 
-    layers_mm: tuple[Finite, ...] = Field(description="initial heights above the tip, mm")
+    layers_mm: tuple[Finite, ...] = Field(max_length=1000, description="initial heights above the tip, mm")
     dyed: Flag | tuple[Flag, ...] = Field(
         False, description="whether the layers are dyed sand, for all or each"
     )
@@ -112,7 +113,8 @@ class Tracers(Table):
             faults.append(
                 Fault("dyed", f"{len(dyed)} values", f"one for each of {len(layers)} layers, or one")
             )
-        twice = sorted({h for h in layers if isinstance(h, int | float) and layers.count(h) > 1})
+        heights = Counter(h for h in layers if isinstance(h, int | float))
+        twice = sorted(h for h, count in heights.items() if count > 1)
         if twice:
             faults.append(Fault("layers_mm", f"{', '.join(map(str, twice))} twice", "each height once"))
         return faults
@@ -167,7 +169,7 @@ class ModelTable(Table):
     mechanism: Literal["one_block", "two_blocks"] = Field(
         "one_block", description="most blocks on a band; two: on a bent band beside a rough blade, if cheaper"
     )
-    initial_surface_mm: tuple[Pixel, ...] | None = Field(
+    initial_surface_mm: Annotated[tuple[Pixel, ...], Field(max_length=100_000)] | None = Field(
         None, description="[x, y] of the initial surface ahead of the blade, mm; absent: flat"
     )
 
