@@ -32,7 +32,8 @@ PAGE_NAME = "report.html"
 COMPARISON_NAME = "comparison.html"
 STAGE = "report"
 STAGE_PIXELS = 400_000  # of photograph in the figures of the stages: the player shows every frame
-SCRIPTS = ("downloads.js", "reading.js", "player_data.js", "player_stage.js", "player_chart.js", "player.js")
+SCRIPTS = ("downloads.js", "reading.js")
+PLAYER_SCRIPTS = ("player_data.js", "player_stage.js", "player_chart.js", "player.js")
 
 
 def write_report(
@@ -126,6 +127,8 @@ def with_files(files: Mapping[str, Attached]) -> dict[str, Any]:
     return {"files": files, "attached": json_block("attached", texts)}
 
 
-def render(template: str, **context: Any) -> str:
-    """A page of the package's templates, with the scripts that all pages have."""
-    return str(rendered(template, script=page_script(SCRIPTS), **context))
+def render(template: str, *, chapters: Sequence[Chapter], **context: Any) -> str:
+    """A page of the package's templates with its scripts: the player's only where there is one."""
+    played = any(chapter.player is not None for chapter in chapters)
+    script = page_script(SCRIPTS + PLAYER_SCRIPTS if played else SCRIPTS)
+    return str(rendered(template, script=script, played=played, chapters=chapters, **context))
