@@ -14,10 +14,10 @@ from PIL import Image
 COLOURS = 64  # thin lines of a figure over a grey photograph keep their colours; a fifth of the bytes
 
 
-def save_light(figure: Figure, path: Path, *, dpi: int = 100, **options: Any) -> Path:
+def save_light(figure: Figure, path: Path, *, dpi: int = 100, colours: int = COLOURS, **options: Any) -> Path:
     """Write a figure as a PNG with a palette; the same bytes for the same figure."""
     figure.savefig(path, dpi=dpi, metadata={"Software": None}, **options)
-    lighten(path)
+    lighten(path, colours)
     return path
 
 

@@ -1,6 +1,5 @@
 """The one look of speed against error: a line a family, a ring about the default, names beside the points."""
 
-import io
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -11,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
-from PIL import Image
 
+from light_png import save_light
 from ploughval.report.figures.style import INK, MUTED, SERIES, new_figure, styled
 from ploughval.report.text import brief
 from speed_error_points import ERROR, TIME, Level, Panel, Point
@@ -62,12 +61,7 @@ def subject_figure(panels: Sequence[Panel]) -> Figure:
 @styled
 def save_png(figure: Figure, path: Path) -> Path:
     """A picture with a palette: the same to the eye in a third of the bytes."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
-    Image.open(buffer).convert("RGB").quantize(
-        COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
-    ).save(path, optimize=True)
-    return path
+    return save_light(figure, path, colours=COLOURS)
 
 
 def draw_panel(ax: Axes, panel: Panel, looks: dict[str, Look]) -> None:

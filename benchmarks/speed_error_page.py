@@ -23,7 +23,7 @@ from speed_error_figure import panel_figure, save_png, subject_figure
 from speed_error_machine import NAME as MACHINE
 from speed_error_machine import PROTOCOL, read_machine
 from speed_error_other import Facts, chapters
-from speed_error_points import ERROR, Panel, Subject
+from speed_error_points import ERROR, Panel, Point, Subject
 from speed_error_words import shown
 
 PAGE, README = "index.html", "README.md"
@@ -176,11 +176,11 @@ def _summary(subjects: Sequence[Subject], missing: Sequence[str]) -> Chapter:
     )
 
 
-def _named(point: object, panel: Panel) -> str:
-    family, setting = point.family, point.setting  # type: ignore[attr-defined]
-    error, time = _error(point.error, panel), _time(point.time, panel)  # type: ignore[attr-defined]
-    name = "the default" if point.default else f"{family} {setting}".strip()  # type: ignore[attr-defined]
-    return name if name == "the default" else f"{name}: {error}, {time}"
+def _named(point: Point, panel: Panel) -> str:
+    if point.default:
+        return "the default"
+    name = f"{point.family} {point.setting}".strip()
+    return f"{name}: {_error(point.error, panel)}, {_time(point.time, panel)}"
 
 
 def _chapter(subject: Subject, pen: Pen) -> Chapter:
