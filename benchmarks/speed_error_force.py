@@ -11,7 +11,6 @@ from speed_error_words import against, best, shown
 TIME_LABEL = "CPU, ms a record of 50 s"
 BANDWIDTH, RUNS, RATE, COMPENSATION = "bandwidth, Hz", "empty runs", "rows a second", "friction taken off"
 DEFAULT_WORDS = "no smoothing, friction taken off per cell, three empty runs"
-REFERENCE_ROWS = {BANDWIDTH: "none", RUNS: "3"}
 
 
 def subject(folder: Path) -> Subject | None:
