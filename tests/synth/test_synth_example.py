@@ -30,6 +30,12 @@ def test_the_example_holds_its_recipe_and_is_accepted():
     assert size < 3.8e6
 
 
+def test_the_report_of_a_made_test_can_say_that_its_sand_is_the_model():
+    notes = load_scene(FOLDER).test.notes
+    assert "from seed 30" in notes
+    assert "not that the model describes real sand" in notes
+
+
 def test_the_photographs_are_made_again_from_the_recorded_motion():
     truth = load_truth(FOLDER)
     view = frame_view(truth.motion, EXAMPLE)
