@@ -80,6 +80,20 @@ def with_std(value: float | None, std: float | None) -> str:
     return _minus(f"{value:.{places}f} ± {std:.{places}f}")
 
 
+def with_limit(value: float | None, limit: float | None) -> str:
+    """A value to the second digit of the limit that it is held against, one digit at least.
+
+    >>> with_limit(-4.2e-5, 0.272), with_limit(0.0861, 0.313), with_limit(-1.234e-6, 0.002)
+    ('0.00', '0.09', '0.0000')
+    >>> with_limit(-254.1, 1.26), with_limit(1667.0, 38.7), with_limit(0.0184, None)
+    ('−254.1', '1667', '0.0184')
+    """
+    if value is None or limit is None or not (math.isfinite(value) and math.isfinite(limit) and limit > 0):
+        return number(value, 3)
+    places = max(0, 1 - math.floor(math.log10(limit)))
+    return number(value, 3) if places > 9 else _minus(f"{value:z.{places}f}")
+
+
 def unit(name: str) -> str:
     """A unit as it is printed.
 

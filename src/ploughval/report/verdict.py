@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile, pair_cell
 from ploughval.report.figures import agreement_figure
 from ploughval.report.results import MetricEntry, Results
-from ploughval.report.text import label, number, unit
+from ploughval.report.text import label, number, unit, with_limit
 
 HEAD = (
     "Metric",
@@ -37,12 +37,12 @@ def verdict(results: Results) -> str:
     word = "The model agrees" if not differ else f"The model agrees on {agree} of {known} metrics"
     if not differ:
         word += (
-            f" on all {known} metrics that can be judged"
+            f" on all {known} metrics that can be judged,"
             if known > 1
-            else " on the one metric that can be judged"
+            else " on the one metric that can be judged,"
         )
-    left = f"; {unknown} cannot be judged" if unknown else ""
-    return f"{word} within twice the validation uncertainty{left}.{tail}"
+    left = f" {unknown} more lack a value or a validation uncertainty and are not judged." if unknown else ""
+    return f"{word} within twice the validation uncertainty.{left}{tail}"
 
 
 def counts(metrics: Mapping[str, MetricEntry]) -> tuple[int, int, int]:
@@ -94,6 +94,7 @@ _SHORT = (
 )  # fmt: skip
 _WORST = 3  # so many others that differ stand with them
 _FEW = 20  # so many metrics need no shorter table before them
+_NAMED = 4  # so many metrics outside are named below a picture that names them all
 
 
 def short_chapter(results: Results) -> Chapter | None:
@@ -104,14 +105,36 @@ def short_chapter(results: Results) -> Chapter | None:
     chosen = [name for name in _SHORT if name in found and found[name].agrees is not None]
     others = [name for name, metric in found.items() if metric.agrees is False and name not in chosen]
     others.sort(key=lambda name: -abs(_ratio(found[name]) or 0.0))
-    rows = [_short_row(name, found[name]) for name in (*chosen, *others[:_WORST])]
+    worst = list({topic(name): name for name in reversed(others)}.values())  # of each topic the worst
+    worst.sort(key=others.index)
+    rows = [_short_row(name, found[name]) for name in (*chosen, *worst[:_WORST])]
     if not rows:
         return None
     lead = (
         "E is model minus experiment; grey in the picture of an error: within 2\u00a0u_val, where both agree."
     )
     table = Table("The test in a few numbers", SHORT_HEAD, rows, kind="short")
-    return Chapter("short", "In short", lead=lead, tables=[table])
+    return Chapter("short", "In short", lead=lead, tables=[table], notes=_cautions(results, found))
+
+
+def _cautions(results: Results, metrics: Mapping[str, MetricEntry]) -> list[str]:
+    """What a reader must know before believing the counts."""
+    judged = [metric for metric in metrics.values() if metric.agrees is not None]
+    said = []
+    if judged and not any(metric.input_std for metric in judged):
+        said.append(
+            "No standard uncertainty of an input (soil, depth, friction on the blade) is stated: u_val holds "
+            "those of measurement and numerics alone, so it is too small by what the inputs would add."
+        )
+    said.append(
+        "Many metrics are read from the same record (a mean and a root mean square of one quantity, one "
+        "force in N and in P₀): their count is not one of independent tests."
+    )
+    left = [(len(results.run.faults), "fault"), (len(results.run.warnings), "warning")]
+    counted = " and ".join(f"{n} {word}{'s' * (n > 1)}" for n, word in left if n)
+    if counted:
+        said.append(f"The run has {counted}, listed under “Quality”: read them before the numbers.")
+    return said
 
 
 def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
@@ -130,7 +153,7 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
         for title in dict.fromkeys(topic(name) for name in judged)
     ]
     if others:
-        tables.append(_table("Metrics that cannot be judged", others, folded=bool(judged)))
+        tables.append(_table("Metrics that are not judged", others, folded=bool(judged)))
     return Chapter(
         key="agreement",
         title="Agreement",
@@ -182,12 +205,14 @@ def agreement_drawings(metrics: Mapping[str, MetricEntry], pen: Pen) -> list[Dra
         ratios = [_ratio(metric) or 0.0 for metric in some.values()]
         names = [named(name, metric) for name, metric in some.items()]
         outside = [name for name, ratio in zip(names, ratios, strict=True) if abs(ratio) > 2]
-        said = f"Outside two of them: {', '.join(outside)}." if outside else "All are within two."
-        words = f"{title}: errors of {len(ratios)} metrics in validation uncertainties. {said}"
+        said = f"Outside two of them: {'; '.join(outside)}." if outside else "All are within two."
+        words = f"{title}: errors of {len(ratios)} metrics in validation uncertainties. "
+        counted = said if len(outside) <= _NAMED else f"{len(outside)} of them are outside two."
         shares = [parts(metric) for metric in some.values()]
         known = all(share is not None for share in shares)
         figure = agreement_figure(names, ratios, [share for share in shares if share] if known else None)
-        drawings.append(pen.draw(figure, words, words, name=f"agreement-{title}", data=("metrics.json",)))
+        name = f"agreement-{title}"
+        drawings.append(pen.draw(figure, words + said, words + counted, name=name, data=("metrics.json",)))
     return drawings
 
 
@@ -238,8 +263,8 @@ def _row(name: str, metric: MetricEntry, notes: list[str]) -> list[Cell]:
         Cell(named(name, metric)),
         pair_cell(metric.experiment, metric.experiment_std),
         pair_cell(metric.model, metric.model_std),
-        Cell(number(metric.error, 3), metric.error),
-        Cell(number(twice, 3), twice),
+        Cell(with_limit(metric.error, twice), metric.error),
+        Cell(number(twice, 2), twice),
         Cell(word, mark=mark),
         Cell(_mostly(metric)),
         Cell(_letter(notes.index(metric.note)) if metric.note in notes else ""),
