@@ -87,9 +87,9 @@ def settings_of(results, settings):
 
 def test_settings_tell_their_unit_and_whether_they_are_the_default(results):
     told, _ = settings_of(results, {"blade": {"depth_mm": 30.0, "thickness_mm": 5.0}, "later": {"key": True}})
-    assert told["blade.depth_mm"] == ["30", "set", "depth of the tip below the initial surface, mm"]
-    assert told["blade.thickness_mm"][1] == "default"
-    assert told["later.key"] == ["true", "set", ""]
+    assert told["blade.depth_mm"] == ["30", "no", "depth of the tip below the initial surface, mm"]
+    assert told["blade.thickness_mm"][1] == "yes"
+    assert told["later.key"] == ["true", "no", ""]
 
 
 def test_settings_that_were_not_given_are_named_once_below(results):

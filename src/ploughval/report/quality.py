@@ -16,6 +16,7 @@ from ploughval.scene import Scene
 from ploughval.scene_faults import table_of
 
 SAME_MM = 1e-9
+_STAGES = ("calibration", "force", "photographs", "layers", "bands", "model", "compare")  # as they run
 MISFIT = 3.0  # distances of the noise from a straight line, in their standard uncertainties
 
 
@@ -131,7 +132,9 @@ def provenance_chapter(results: Results) -> Chapter | None:
         tables.append(_settings(run.settings))
     if run.timings_s:
         total = sum(value or 0.0 for value in run.timings_s.values())
-        rows = [[Cell(step), _fixed(value, 3)] for step, value in run.timings_s.items()]
+        order = {stage: place for place, stage in enumerate(_STAGES)}
+        steps = sorted(run.timings_s.items(), key=lambda item: order.get(item[0], len(order)))
+        rows = [[Cell(step), _fixed(value, 3)] for step, value in steps]
         rows.append([Cell("all steps"), _fixed(float(total), 3)])
         tables.append(Table("Timings", ("Step", "Time, s"), rows, folded=True))
     for caption, pairs, head in (
@@ -150,16 +153,16 @@ def provenance_chapter(results: Results) -> Chapter | None:
 
 
 def _settings(settings: dict[str, Any]) -> Table:
-    """What was set or is the default, and what it means; what was not given is named below."""
+    """Every setting, whether it is as by default, and what it means; what was not given is named below."""
     known = [(key, value) for key, value in flatten(settings) if value not in (None, "", [], ())]
     open_keys = [key for key, value in flatten(settings) if value in (None, "", [], ())]
     rows = []
     for key, value in known:
         meaning, default = _meaning(key)
         cell = _setting(value)
-        rows.append([Cell(key), cell, Cell("default" if value == default else "set"), Cell(meaning)])
+        rows.append([Cell(key), cell, Cell("yes" if value == default else "no"), Cell(meaning)])
     notes = (f"Not given: {', '.join(open_keys)}.",) if open_keys else ()
-    head = ("Key", "Value", "From", "Meaning and unit")
+    head = ("Key", "Value", "Default", "Meaning and unit")
     return Table("Settings", head, rows, folded=True, kind="cards", footnotes=notes)
 
 
