@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 
+from ploughval.axes import ForceStatus
 from ploughval.report.blocks import Chapter, Drawing, Pen, Table, pair_cell, table_of, value_cell
 from ploughval.report.chapters import not_had
 from ploughval.report.figures import arm_figure, force_figure, shape_figure
@@ -142,9 +143,16 @@ def _force_caption(results: Results, *, drawn: bool) -> str:
     return (said + (marks if bands else "") + (divisor + depth if divisor else "")).strip()
 
 
+def _said(status: str) -> str:
+    """The status of rows of the log, in words."""
+    if status == ForceStatus.NO_ARM:
+        return "with a force too small for a line of action, those before contact among them"
+    return status.replace("_", " ")
+
+
 def _force_notes(force: pd.DataFrame) -> list[str]:
     counts = Counter(str(status) for status in force["status"])
-    bad = [f"{n} {name.replace('_', ' ')}" for name, n in counts.most_common() if name not in ("ok", "")]
+    bad = [f"{n} {_said(name)}" for name, n in counts.most_common() if name not in ("ok", "")]
     notes = [f"Of {len(force)} rows of the log: {', '.join(bad)}."] if bad else []
     if not np.isfinite(force["friction_N"]).any():
         notes.append("No empty-box run: the friction of the seals is still in the measured force.")
