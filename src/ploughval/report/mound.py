@@ -1,7 +1,7 @@
 """The chapter on the mound ahead of the blade."""
 
 from ploughval.compare.mound.history import MOUND_COLUMNS
-from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, value_cell
+from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, travel_cell
 from ploughval.report.figures.mound import mound_figure
 from ploughval.report.reading import read_table
 from ploughval.report.results import Results
@@ -40,8 +40,12 @@ def mound_chapter(results: Results, pen: Pen) -> Chapter | None:
     for source, said in (("experiment", "measured"), ("model", "predicted")):
         for _, row in mound[mound["source"] == source].iterrows():
             pairs = [pair_cell(float(row[name]), float(row[std])) for name, std in _PARTS]
-            rows.append([Cell(said, mark=said), value_cell(float(row["u_mm"]), 4), *pairs])
-    table = Table("The mound, every frame", _HEAD, rows, folded=True)
+            rows.append([Cell(said, mark=said), travel_cell(float(row["u_mm"])), *pairs])
+    note = (
+        "The prediction is read as a measured surface would be, and has the uncertainty that such a reading "
+        "leaves: that of the model's numbers is in the metrics."
+    )
+    table = Table("The mound, every frame", _HEAD, rows, folded=True, footnotes=(note,))
     return Chapter("mound", "Mound", drawings=[drawing], tables=[table])
 
 
