@@ -112,7 +112,7 @@ def _panel(figure: Figure, axes: Axes, shown: ShearMap, top: float) -> None:
         vmax=top if np.isfinite(top) and top > 0 else 1.0, interpolation="nearest",
     )  # fmt: skip
     bar = figure.colorbar(image, ax=axes, orientation="horizontal", aspect=45, pad=0.02, extend="max")
-    bar.set_label(f"maximum shear strain over {number(shown.gauge_mm, 3)} mm, 1")
+    bar.set_label(f"maximum shear strain over {number(shown.gauge_mm, 3)} mm")
 
 
 def _gauge(axes: Axes, gauge_mm: float, extent: Extent) -> None:
