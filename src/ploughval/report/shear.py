@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -151,7 +152,13 @@ def _places(tracks: xr.Dataset, row: int) -> Values:
 
 
 def shear_map(
-    pair: _Pair, measure: StrainMeasure, *, extent: Extent, gauge: float, u_mm: float, surface: object
+    pair: _Pair,
+    measure: StrainMeasure,
+    *,
+    extent: Extent,
+    gauge: float,
+    u_mm: float,
+    surface: pd.DataFrame | None,
 ) -> ShearMap:
     """Maximum shear strain on a grid over the sand ahead of the blade, NaN where it is not known.
 
@@ -184,11 +191,11 @@ def shear_map(
     return ShearMap(values, whole, typical, gauge)
 
 
-def _below(nodes: Values, surface: object) -> NDArray[np.bool_]:
+def _below(nodes: Values, surface: pd.DataFrame | None) -> NDArray[np.bool_]:
     """Whether nodes lie in the sand, as far as its surface was seen."""
     if surface is None:
         return np.ones(len(nodes), bool)
-    line = surface.dropna(subset=["x_mm", "y_mm"]).sort_values("x_mm")  # type: ignore[attr-defined]
+    line = surface.dropna(subset=["x_mm", "y_mm"]).sort_values("x_mm")
     if line.empty:
         return np.ones(len(nodes), bool)
     return np.asarray(nodes[:, 1] < np.interp(nodes[:, 0], line["x_mm"], line["y_mm"]))

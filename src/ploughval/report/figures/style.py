@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from ploughval.report.figures import look
-from ploughval.report.figures.svg import compact
+from ploughval.report.figures.svg import compact, escaped
 from ploughval.run.store import write_aside
 
 P = ParamSpec("P")
@@ -162,7 +162,7 @@ def to_svg(figure: Figure, key: str, alt: str) -> str:
     source = buffer.getvalue()
     view = re.search(r'viewBox="[^"]*"', source)
     body = compact(re.sub(r"data:image/png;base64,([^\"]+)", _lighter, source), key, _themed)
-    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{_attribute(alt)}">{body}</svg>'
+    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{escaped(alt)}">{body}</svg>'
 
 
 @styled
@@ -186,12 +186,6 @@ def _themed(style: str) -> str:
     for colour, name in THEMED.items():
         style = style.replace(colour, f"var(--{name})")
     return style
-
-
-def _attribute(text: str) -> str:
-    for mark, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
-        text = text.replace(mark, entity)
-    return text
 
 
 def _lighter(found: re.Match[str]) -> str:

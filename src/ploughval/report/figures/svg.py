@@ -49,7 +49,7 @@ def compact(source: str, key: str, restyle: Callable[[str], str]) -> str:
     _write_ids(root, ids)
     body = "".join(part for child in root for part in _written(child, ids, styles, restyle))
     rules = "".join(f".{name}{{{text}}}" for text, name in styles.given.items())
-    return f"<style>{_escaped(rules)}</style>{body}"
+    return f"<style>{escaped(rules)}</style>{body}"
 
 
 def path_data(text: str) -> str:
@@ -112,16 +112,16 @@ def _written(
         return
     attributes = _attributes(element.attrib, ids, styles, restyle)
     text = element.text or ""
-    inner = "" if text.isspace() else _escaped(text)
+    inner = "" if text.isspace() else escaped(text)
     for child in element:
         inner += "".join(_written(child, ids, styles, restyle))
-        inner += "" if not child.tail or child.tail.isspace() else _escaped(child.tail)
+        inner += "" if not child.tail or child.tail.isspace() else escaped(child.tail)
     if tag in ("g", "defs") and not inner:
         return
     if tag == "g" and not attributes:
         yield inner
         return
-    head = f"<{tag}" + "".join(f' {name}="{_escaped(value)}"' for name, value in attributes.items())
+    head = f"<{tag}" + "".join(f' {name}="{escaped(value)}"' for name, value in attributes.items())
     yield f"{head}>{inner}</{tag}>" if inner else f"{head}/>"
 
 
@@ -190,7 +190,8 @@ def _letters(number: int) -> str:
     return text
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """Text as it stands between elements or in an attribute."""
     for mark, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
         text = text.replace(mark, entity)
     return text
