@@ -234,8 +234,9 @@ def _solve(
     prior[:, size - known :] = np.eye(known)
     stacked = np.concatenate([design * weight[:, None], prior])
     target = np.concatenate([left.reshape(-1) * weight, np.zeros(known)])
-    length = np.sqrt((stacked**2).sum(axis=0))
-    if not (length > 0).all():
+    with np.errstate(over="ignore"):
+        length = np.sqrt((stacked**2).sum(axis=0))
+    if not ((length > 0) & np.isfinite(length)).all():
         return None
     q, r = np.linalg.qr(stacked / length)
     pivots = np.abs(np.diag(r))

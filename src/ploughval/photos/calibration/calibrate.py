@@ -71,7 +71,10 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
     if camera.tip_px is not None:
         _check_tip(scene, camera.tip_px, frames.shape)
     if camera.control_points is not None:
-        calibration = _by_points(camera, frames)
+        try:
+            calibration = _by_points(camera, frames)
+        except CalibrationError as error:
+            raise CalibrationError(f"{scene.source}, camera.control_points: {error}") from None
     elif camera.board is not None:
         calibration = _by_board(scene, camera, frames.shape)
     elif camera.calibration is not None:
