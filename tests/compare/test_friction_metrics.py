@@ -20,8 +20,8 @@ SOIL = {
 }
 
 
-def case():
-    tables = {"test": {"name": "t"}, "blade": {"depth_mm": 30, "width_mm": 218}, "soil": SOIL}
+def case(**soil):
+    tables = {"test": {"name": "t"}, "blade": {"depth_mm": 30, "width_mm": 218}, "soil": SOIL | soil}
     return SimpleNamespace(scene=Scene.model_validate(tables))
 
 
@@ -57,6 +57,12 @@ def test_late_frames_stand_in_for_a_residual_that_the_curves_do_not_tell():
     residual = by_name(findings(peak_deg=45.0, peak_std_deg=0.8))["mobilised_residual_deg"]
     assert (residual.experiment, residual.experiment_std) == (33.0, 0.6)
     assert "3 frames" in residual.note
+
+
+def test_a_sand_that_was_given_one_friction_has_no_mobilization_length():
+    found = findings(peak_deg=33.1, peak_std_deg=0.7, length_mm=15.3, length_std_mm=0.3)
+    names = [m.name for m in friction_metrics(case(peak_friction_deg=33.0), frames(), found)]
+    assert names == ["mobilised_peak_deg", "mobilised_residual_deg"]
 
 
 def test_what_nothing_tells_is_no_metric():

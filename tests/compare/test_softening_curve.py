@@ -204,3 +204,12 @@ def test_rows_after_the_blade_has_come_to_the_outcrop_are_left_out():
 def test_a_band_at_whose_outcrop_the_blade_stands_is_not_fitted():
     curve = made(first=True, origin=0.0)
     assert fit_softening([replace(curve, beta_deg=np.full_like(curve.u_mm, 89.0))], DEPTH) is None
+
+
+def test_friction_that_rises_with_slip_is_no_softening():
+    _, found, note = read(made(lambda s: RESIDUAL + 0.8 * np.clip(s / 6.0, 0.0, 1.0), first=True, origin=0.0))
+    assert "does not fall with slip" in note
+    assert np.isnan(found["length"])
+    assert np.isnan(found["peak"])
+    # one friction in place of a rise of 0.8 degrees
+    assert found["residual"] == pytest.approx(RESIDUAL + 0.4, abs=0.4)

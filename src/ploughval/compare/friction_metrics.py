@@ -30,7 +30,7 @@ def friction_metrics(case: Case, mobilised: pd.DataFrame, found: FrictionFinding
     -------
     list of Metric
         Those that the curves determine. The residual of frames long after the start of their band stands in
-        for that of the curves where these tell none.
+        for that of the curves where these tell none. A sand that was given one friction has no length.
     """
     soil, row = case.scene.soil, found.overall
     if soil is None:
@@ -46,7 +46,8 @@ def friction_metrics(case: Case, mobilised: pd.DataFrame, found: FrictionFinding
             note = f"softening line through {row['points']} points of {bands}"
         if not np.isfinite(experiment[0]) and quantity == "residual":
             experiment, note = _late(mobilised, soil.mobilization_length_mm)
-        if not np.isfinite(experiment[0]):
+        constant = soil.peak_friction_deg <= soil.residual_friction_deg
+        if not np.isfinite(experiment[0]) or (constant and quantity == "length"):
             continue
         input_std = float(getattr(soil, f"{key}_std_{unit}"))
         metrics.append(

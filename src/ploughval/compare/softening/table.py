@@ -130,11 +130,11 @@ def _rise_note(curve: BandCurve, fit: Softening) -> str:
 def _row(name: str, fit: Softening, note: str) -> tuple[object, ...]:
     """One row of SOFTENING_COLUMNS, with what is not determined left out and said."""
     notes = [note] if note else []
-    softens = fit.fall > _TELLS
+    told = fit.fall > _TELLS
+    softens = told and fit.peak.value > fit.residual.value
     if not softens:
-        notes.append(
-            "no softening is told: one friction describes the curve as well; it stands as the residual"
-        )
+        why = "the friction does not fall with slip" if told else "one friction describes the curve as well"
+        notes.append(f"no softening is told: {why}; it stands as the residual")
     length: tuple[float, ...] = _told_length(fit, notes) if softens else (np.nan,) * 4
     peak: tuple[float, ...] = (np.nan,) * 4
     residual: tuple[float, ...] = (np.nan,) * 4
