@@ -250,6 +250,8 @@ def _read_toml(source: Path) -> dict[str, Any]:
         fault = Fault("file", "nothing that can be read", "a test.toml", f"{error}.")
     except RecursionError:
         fault = Fault("file", "brackets in brackets without end", "TOML")
-    except (OSError, ValueError) as error:
+    except (OSError, UnicodeDecodeError) as error:
         fault = Fault("file", f"{type(error).__name__}", "a readable UTF-8 text file", f"{error}.")
+    except ValueError as error:  # a date of no calendar, a number of thousands of digits
+        fault = Fault("file", "a value that is none", "TOML", f"{error}.")
     raise ConfigError(source, [fault])
