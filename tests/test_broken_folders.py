@@ -1,0 +1,65 @@
+"""Broken test folders: each is answered with file, place, value and remedy, and nothing is touched."""
+
+import logging
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import ploughval.report
+from ploughval.cli import app
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from broken_folders import KINDS, all_cases
+from broken_folders_base import make_sound
+from broken_folders_run import judge, make, tree
+
+CASES = [case for case in all_cases() if not case.heavy]
+_EACH = 4  # of the many that are alike or take a second; the script runs all
+
+
+def _chosen():
+    """All that are refused at once but the settings; of these, and of what is processed, one in so many."""
+    settings = [case for case in CASES if case.name.startswith(("setting: ", "path: "))]
+    others = [case for case in CASES if case not in settings and not case.slow]
+    refused = [case for case in others if case.codes == (2,)]
+    processed = [case for case in others if case not in refused]
+    return [*refused, *processed[::_EACH], *settings[::_EACH]]
+
+
+@pytest.fixture(scope="session")
+def sound(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sound") / "sound"
+    make_sound(folder)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def no_page(monkeypatch):
+    """The page of results, which takes longest, is not written."""
+    monkeypatch.setattr(ploughval.report, "write_report", lambda results, **options: results / "report.html")
+    yield
+    logging.getLogger().handlers.clear()
+
+
+@pytest.mark.parametrize("case", _chosen(), ids=lambda case: case.name)
+def test_a_broken_folder_is_answered(case, sound, tmp_path):
+    if case.name.startswith("permission") and os.geteuid() == 0:
+        pytest.skip("root may read everything")
+    folder, out = make(case, sound, tmp_path / "case"), tmp_path / "case" / "out"
+    before = tree(folder.parent)
+    result = CliRunner().invoke(app, ["process", "--workers", "1", "--out", str(out), "--", str(folder)])
+    said = result.output
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    after = tree(folder.parent)
+    changed = [name for name in before | after if before.get(name) != after.get(name)]
+    assert judge(case, result.exit_code, said, out, changed) == (), said
+
+
+def test_there_are_at_least_150_broken_folders_of_names_of_their_own():
+    names = [case.name for kind in KINDS for case in kind.cases()]
+    assert len(names) == len(set(names)) >= 150
