@@ -1,5 +1,7 @@
 """The force keeps its peaks, its gaps and its numbers on the way to the chart."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ploughval.report.player.coding import unpack
-from ploughval.report.player.frames import moments
+from ploughval.report.player.frames import Moment, moments
 from ploughval.report.player.history import CHART_PX, curve, thinned_rows, values_at
 from ploughval.report.results import read_results
 
@@ -118,3 +120,19 @@ def test_beyond_the_record_the_force_is_missing_and_not_the_last_one(own_folder)
     assert np.isfinite(values[5].force_N) or np.isnan(moments(results)[5].u_mm)
     assert np.isnan(values[12].force_N)
     assert np.isfinite(values[12].model_N)
+
+
+def test_measured_and_predicted_inclinations_are_read_at_one_travel(result_folder):
+    results = read_results(result_folder)
+    increments = pd.DataFrame(
+        {"u_mm": [2.0], "du_mm": [2.0], "beta_deg": [26.0], "beta_std_deg": [0.1], "outcrop_x_mm": [60.0]}
+    )
+    u = np.linspace(0.0, 6.0, 61)
+    model = pd.DataFrame({"u_mm": u, "force_N": 1.0, "beta_deg": 20.0 + u, "outcrop_x_mm": 60.0, "band": 0})
+    made = replace(results, increments=increments, model_force=model)
+    (now,) = values_at(made, [Moment(1, 4.0, 4.0)])
+    # the middle of the increment, u = 3 mm, and not the frame's u = 4 mm; rows stand 0.1 mm apart
+    assert now.beta_deg == 26.0
+    assert now.model_beta_deg == pytest.approx(23.0, abs=0.051)
+    alone = replace(made, increments=None)
+    assert values_at(alone, [Moment(1, 4.0, 4.0)])[0].model_beta_deg == pytest.approx(24.0, abs=0.051)

@@ -127,8 +127,9 @@ def values_at(results: Results, moments: Sequence[Moment]) -> list[Values]:
             force, std = float(row["force_N"]), float(row["force_std_N"])
         else:
             force, std = _at(results.force, u, "force_N"), _at(results.force, u, "force_std_N")
-        beta, beta_std = _inclination(results.increments, float("nan") if moment.reason else u)
-        model_beta, _ = _inclination(results.model_force, u)
+        beta, beta_std, middle = _inclination(results.increments, float("nan") if moment.reason else u)
+        # A band steepens as the tip comes nearer: both sides are read at one travel.
+        model_beta, _, _ = _inclination(results.model_force, middle if np.isfinite(middle) else u)
         found.append(
             Values(
                 force, std, _at(results.model_force, u, "force_N"),
@@ -156,12 +157,13 @@ def _at(table: pd.DataFrame | None, u_mm: float, name: str) -> float:
     return float(np.interp(u_mm, u[order], good[name].to_numpy(dtype=np.float64)[order]))
 
 
-def _inclination(history: pd.DataFrame | None, u_mm: float) -> tuple[float, float]:
-    """Inclination of the increment nearest to a travel, with its std where there is one, degrees."""
+def _inclination(history: pd.DataFrame | None, u_mm: float) -> tuple[float, float, float]:
+    """Inclination of the increment nearest to a travel with its std, degrees, and its middle, mm."""
     now = None if history is None or not np.isfinite(u_mm) else increment_at(history, u_mm)
     if now is None:
-        return float("nan"), float("nan")
-    return float(now["beta_deg"]), float(now.get("beta_std_deg", float("nan")))
+        return float("nan"), float("nan"), float("nan")
+    middle = float(now["u_mm"]) + float(now.get("du_mm", 0.0)) / 2
+    return float(now["beta_deg"]), float(now.get("beta_std_deg", float("nan"))), middle
 
 
 def _band(bands: pd.DataFrame | None, u_mm: float) -> float:
