@@ -64,7 +64,7 @@ def force_chapter(results: Results, pen: Pen) -> Chapter | None:
             notes.append("No line of action: the force was too small for one in every row.")
         notes += _force_notes(results.force)
     tables = [] if pairs is None or pairs.empty else [_switches(pairs)]
-    if results.peaks is not None:
+    if results.peaks is not None and len(results.peaks):
         tables.append(table_of(results.peaks, "Peaks and troughs", folded=True))
     return Chapter("force", "Force", drawings=drawings, tables=tables, notes=notes)
 
