@@ -234,8 +234,8 @@ def _read_toml(source: Path) -> dict[str, Any]:
         remedy = "Take out what the test does not need."
         text = read_limited(source, SETTINGS_BYTES, remedy).decode("utf-8-sig")
         if (deep := _DEEP.search(text)) is not None:
-            line = text.count("\n", 0, deep.start()) + 1
-            fault = Fault(f"line {line}", repr(deep[0][:40] + "..."), "keys of at most a few tables")
+            place = text.count("\n", 0, deep.start()) + 1
+            fault = Fault(f"line {place}", repr(deep[0][:40] + "..."), "keys of at most a few tables")
             raise ConfigError(source, [fault])
         return tomllib.loads(text)
     except FileNotFoundError:
