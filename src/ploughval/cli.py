@@ -241,7 +241,9 @@ def fit(
 @app.command()
 def report(
     folders: Annotated[list[Path], typer.Argument(help="Processed test folders, or their result folders.")],
-    out: Annotated[Path | None, typer.Option(help="The page; default: in the first results.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The page, or a folder for it; default: in the first results.")
+    ] = None,
     figures: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Write every figure there too, as SVG and PNG, with captions."),

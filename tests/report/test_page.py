@@ -322,3 +322,13 @@ def test_measured_layers_lie_over_the_photograph_where_it_can_be_read(make_resul
     text = write_report(folder).read_text(encoding="utf-8")
     assert text.count("data:image/jpeg;base64,") == 1  # frame 6; frame 12 is broken
     assert "The photograph of frame 12 is not shown" in text
+
+
+def test_a_name_without_an_ending_is_a_folder_for_the_page(result_folder, tmp_path):
+    written = write_report([result_folder, result_folder], out=tmp_path / "both")
+    assert written == tmp_path / "both" / "comparison.html"
+    assert sorted(path.name for path in written.parent.iterdir()) == [
+        "comparison.csv",
+        "comparison.html",
+        "comparison.json",
+    ]

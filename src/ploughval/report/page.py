@@ -46,8 +46,9 @@ def write_report(
     results : path or sequence of paths
         Result folders (or test folders that hold ``results``).
     out : path, optional
-        File or existing folder to write to; absent: ``report.html`` in the result folder, for several
-        ``comparison.html`` in the first, with its numbers beside it as .json and .csv.
+        File to write to, or a folder: one that exists, or a name without an ending; absent:
+        ``report.html`` in the result folder, for several ``comparison.html`` in the first, with its numbers
+        beside it as .json and .csv.
     progress : callable
         Hears of (stage, done, total) of the chapters.
 
@@ -69,7 +70,7 @@ def write_report(
     tests = [read_results(folder) for folder in folders]
     name = PAGE_NAME if len(tests) == 1 else COMPARISON_NAME
     target = tests[0].folder if out is None else Path(out)
-    target = target / name if target.is_dir() else target
+    target = target / name if target.is_dir() or not target.suffix else target
     if len(tests) == 1:
         write_text(target, single_page(tests[0], progress))
         return target
