@@ -39,6 +39,7 @@ DIMENSIONLESS = {
     "band", "missed, std", "rise of the cost", "log₁₀ (1 + rise of the cost)",
     "displacement of the sand / displacement of the blade", "area of heap / swept",
     "grey level", "noise, grey levels",
+    "maximum shear strain over 6.00 mm",
     "First peak over its\nscale at 33 mm",
 }  # fmt: skip
 UNITS = (", mm", ", N", ", °", ", N m", ", %", ", px", ", mm/mm", ", mm²", ", 1", ", ‰", ", kN/m³")
