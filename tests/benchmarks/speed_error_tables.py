@@ -100,3 +100,11 @@ def write_tables(folder: Path) -> Path:
                     ",".join(map(str, (*cells, f"{error * worse:.4g}", 0.001, 1.05, near, period, 1))) + "\n"
                 )
     return folder
+
+
+def write_some(folder: Path, *names: str) -> Path:
+    """Write those that are named alone: a page of few figures is soon made."""
+    for path in write_tables(folder).glob("*.csv"):
+        if path.name not in names:
+            path.unlink()
+    return folder

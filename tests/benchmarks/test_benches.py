@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from speed_error_tables import write_tables
+from speed_error_tables import write_some
 
 from ploughval.errors import ConfigError
 from ploughval.run import benches
@@ -82,9 +82,7 @@ def test_an_installed_package_finds_its_scripts_and_makes_the_page(tmp_path):
         shutil.copytree(ROOT / package, site / Path(package).name, ignore=ignore)
     for source, target in wheel["force-include"].items():
         shutil.copytree(ROOT / source, site / target, ignore=ignore, dirs_exist_ok=True)
-    tables = write_tables(tmp_path / "tables")
-    for path in tables.glob("fit*.csv"):
-        path.unlink()
+    tables = write_some(tmp_path / "tables", "compare.csv")
     command = [sys.executable, "-m", "ploughval.cli", "bench", "--page", "--out", str(tables)]
     environment = {**os.environ, "PYTHONPATH": str(site)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
@@ -103,7 +101,7 @@ def test_an_installed_package_finds_its_scripts_and_makes_the_page(tmp_path):
 
 
 def test_the_page_alone_measures_nothing(tmp_path):
-    tables = write_tables(tmp_path)
+    tables = write_some(tmp_path, "model-settings.csv")
     before = {path.name: path.read_bytes() for path in tables.glob("*.csv")}
     written = write_bench_page(tables)
     assert {"index.html", "README.md", "model.png"} <= {path.name for path in written}
