@@ -18,7 +18,7 @@ import speed_error_piv
 import speed_error_sequences
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, Tile, value_cell
 from ploughval.report.page import render
-from ploughval.report.text import label
+from ploughval.report.text import brief, label
 from speed_error_figure import panel_figure, save_png, subject_figure
 from speed_error_machine import NAME as MACHINE
 from speed_error_machine import PROTOCOL, read_machine
@@ -132,15 +132,16 @@ def _time(value: float, panel: Panel) -> str:
     return f"{shown(value)} {panel.time_label.split(',', 1)[1].split('(')[0].strip()}"
 
 
-def _error(value: float, panel: Panel) -> str:
-    unit = _unit(panel.error_label)
-    return f"{shown(value)}°" if unit == "degrees" else f"{shown(value)} {unit}"
+def _error(value: float, panel: Panel, digits: int = 3) -> str:
+    unit, text = _unit(panel.error_label), brief(value, digits)
+    return f"{text}°" if unit == "degrees" else f"{text} {unit}"
 
 
 def _tile(subject: Subject) -> Tile:
     panel = subject.panels[0]
     mine = panel.standard
-    return Tile(subject.title, _error(mine.error, panel), f"{panel.title}; {_time(mine.time, panel)}")
+    large = _error(mine.error, panel, 2)  # three digits are wider than a tile
+    return Tile(subject.title, large, f"{panel.title}; {_time(mine.time, panel)}")
 
 
 def _summary(subjects: Sequence[Subject], missing: Sequence[str]) -> Chapter:
