@@ -18,11 +18,15 @@ PHOTO_PIXELS = 4_000_000
 WIDEST_PX = 900
 
 _LEADS = {
-    True: "Lines that were level before the blade moved. The measured ones are coloured by their distance "
+    (
+        True,
+        True,
+    ): "Lines that were level before the blade moved. The measured ones are coloured by their distance "
     "along the normal from the predicted ones, which are dashed; grey where that is within twice its "
     "uncertainty, thin where no predicted line is near.",
-    False: "Lines that were level before the blade moved. Dotted lines follow dyed sand, full lines tracked "
-    "points.",
+    (True, False): "Lines that were level before the blade moved. Dotted lines follow dyed sand, full lines "
+    "tracked points.",
+    (False, True): "Lines that were level before the blade moved, as they are predicted; none was measured.",
 }
 MOST_FIELDS = 6  # a field is heavy; the layers show every stage
 
@@ -121,7 +125,7 @@ def layers_chapter(
     else:
         title, lead = (
             "Deformed layers",
-            _LEADS[results.layers is not None and results.model_layers is not None],
+            _LEADS[results.layers is not None, results.model_layers is not None],
         )
     frames = stage_frames(results)
     if not frames:
