@@ -55,7 +55,7 @@ function start() {
     const lines = [
       ["Force, N", withStd(frame.P, frame.s, 2) + per(frame.P), fixed(frame.Q, 2) + per(frame.Q)],
       ["Band", fixed(frame.i, 0), fixed(frame.j, 0)],
-      ["\u03b2 of increment, \u00b0", withStd(frame.b, frame.bs, 1), fixed(frame.c, 2)],
+      ["\u03b2, \u00b0", withStd(frame.b, frame.bs, 1), fixed(frame.c, 2)],
     ];
     const cell = (tag, text, kind = "") => { const made = document.createElement(tag); made.textContent = text; if (kind) made.className = kind; return made; };
     const row = (...cells) => { const made = document.createElement("tr"); made.append(...cells); return made; };
