@@ -194,6 +194,18 @@ def test_a_force_that_cannot_be_divided_stays_off_the_axis_of_those_that_are(tes
     assert [note.split(":")[0] for note in chapter.notes] == ["t1"]
 
 
+def test_notes_of_the_tests_are_text_of_the_page_long_ones_cut(tests, tmp_path):
+    folders = tests(REPEATS[:2])
+    for folder, text in zip(folders, ("made <b>sand</b>", "word " * 200), strict=True):
+        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        run["settings"]["test"] = {"notes": text}
+        (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+    page = write_report(folders, out=tmp_path / "several.html").read_text(encoding="utf-8")
+    assert "made &lt;b&gt;sand&lt;/b&gt;" in page
+    assert "word …" in page
+    assert "word " * 61 not in page  # 300 characters are sixty words
+
+
 def test_the_same_folder_twice_is_one_test_and_said(tests, tmp_path):
     (folder,) = tests(REPEATS[:1])
     text = write_report([folder, folder], out=tmp_path / "page.html").read_text(encoding="utf-8")

@@ -81,6 +81,9 @@ def _setting(found: SeveralFindings, group: Group, key: Key) -> str:
     return brief(low) if low == high else f"{brief(low)} to {brief(high)}"
 
 
+_LONGEST = 300  # characters of a test's notes beside those of others
+
+
 def _notes(found: SeveralFindings) -> list[str]:
     grouping = found.grouping
     repeated = [group for group in grouping.groups if len(group.members) > 1]
@@ -96,7 +99,19 @@ def _notes(found: SeveralFindings) -> list[str]:
         everyone = _everyone(grouping.groups)
         held = ", ".join(_with_unit(key, _setting(found, everyone, key)) for key in same)
         said.append(f"The same in all: {held}.")
-    return said
+    return said + _remarks(found)
+
+
+def _remarks(found: SeveralFindings) -> list[str]:
+    """What the tests' own notes say: those that are alike in one line, long ones cut."""
+    named: dict[str, list[str]] = {}
+    for name, test in zip(found.names, found.tests, strict=True):
+        text = " ".join(str(test.setting("test", "notes") or "").split())
+        if text:
+            named.setdefault(text if len(text) <= _LONGEST else f"{text[:_LONGEST].rstrip()} …", []).append(
+                name
+            )
+    return [f"{', '.join(names)}: {text}" for text, names in named.items()]
 
 
 def _everyone(groups: tuple[Group, ...]) -> Group:
