@@ -172,10 +172,10 @@ def test_more_photographs_than_the_page_holds_are_left_out_and_named(make_pictur
 
 
 def test_the_weight_is_bounded_for_any_number_of_frames(make_results, tmp_path):
-    """Three thousand frames of 4 layers: what the player holds is bounded by its budgets, not by the test."""
+    """A thousand frames of 4 layers: what the player holds is bounded by its budgets, not by the test."""
     folder = make_results(tmp_path / "r")
     rng = np.random.default_rng(2)
-    frames = 3000
+    frames = 1000
     x = np.arange(0.0, 150.0, 3.0)
     shape = (frames, 4, x.size)
     columns = {
