@@ -50,11 +50,6 @@ def all_keys(model: type[BaseModel] = Scene, place: str = "") -> list[str]:
     return keys
 
 
-def spoiled_values() -> list[tuple[str, str, str]]:
-    """Key, kind and value of every setting that is tried; some of them are right."""
-    return [(key, what, value) for key in all_keys() for what, value in _VALUES.items() if key not in _FREE]
-
-
 def _values() -> list[Case]:
     """Of each key one value that is wrong, in turn through the kinds, and zero where it cannot be."""
     found = []
@@ -215,6 +210,33 @@ def _geometry() -> list[Case]:
             setting("loadcells.rest_s", "[5.0, 1.0]"),
             ("rest_s", "start before end"),
         ),
+        *_control_points(),
+        Case(
+            "geometry: view outside", setting("camera.view_px", "[0, 0, 9000, 9000]"), ("view_px", "255 x 73")
+        ),
+        Case("geometry: view of no width", setting("camera.view_px", "[9, 9, 9, 9]"), ("view_px",)),
+        Case("geometry: view of 2 x 2 px", setting("camera.view_px", "[9, 9, 11, 11]"), ("view_px",), (1, 2)),
+        Case(
+            "geometry: points 1000 px apart",
+            setting("piv.spacing_px", "1000.0"),
+            ("point",),
+            (1,),
+            ("force.csv",),
+        ),
+        Case(
+            "geometry: subsets larger than the picture",
+            setting("piv.subset_px", "201"),
+            ("point",),
+            (1,),
+            ("force.csv",),
+        ),
+        Case("geometry: rate beside times", setting("loadcells.rate_hz", "10.0"), ("rate_hz", "time"), (1,)),
+    ]
+
+
+def _control_points() -> list[Case]:
+    """Control points that fix no scale."""
+    return [
         Case(
             "geometry: points on a line",
             _points("[[0,0,0,0],[1,1,1,1],[2,2,2,2],[3,3,3,3]]"),
@@ -236,26 +258,6 @@ def _geometry() -> list[Case]:
             _points("[[0,0,0,0],[9,0,9,0],[0,9,0,9]]"),
             ("control_points", "at least 4"),
         ),
-        Case(
-            "geometry: view outside", setting("camera.view_px", "[0, 0, 9000, 9000]"), ("view_px", "255 x 73")
-        ),
-        Case("geometry: view of no width", setting("camera.view_px", "[9, 9, 9, 9]"), ("view_px",)),
-        Case("geometry: view of 2 x 2 px", setting("camera.view_px", "[9, 9, 11, 11]"), ("view_px",), (1, 2)),
-        Case(
-            "geometry: points 1000 px apart",
-            setting("piv.spacing_px", "1000.0"),
-            ("point",),
-            (1,),
-            ("force.csv",),
-        ),
-        Case(
-            "geometry: subsets larger than the picture",
-            setting("piv.subset_px", "201"),
-            ("point",),
-            (1,),
-            ("force.csv",),
-        ),
-        Case("geometry: rate beside times", setting("loadcells.rate_hz", "10.0"), ("rate_hz", "time"), (1,)),
     ]
 
 
