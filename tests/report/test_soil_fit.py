@@ -8,7 +8,11 @@ import pytest
 
 from ploughval.errors import DataError
 from ploughval.report import write_report
+from ploughval.report.blocks import Pen
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
+from ploughval.report.results import read_results
+from ploughval.report.soil_fit import soil_fit_chapter
+from ploughval.report.text import MISSING
 
 NAMES = ("peak_friction_deg", "residual_friction_deg", "mobilization_length_mm")
 
@@ -120,3 +124,12 @@ def test_figures_carry_what_they_were_given():
     shown = image.collections[0].get_array()
     assert np.ma.is_masked(np.ma.masked_invalid(shown).ravel()[0])
     assert float(np.nanmin(np.asarray(shown))) == pytest.approx(np.log10(1.0 + 16 / 9), rel=1e-6)
+
+
+def test_a_fit_that_states_no_intervals_has_dashes_and_no_word_on_trust(own_folder):
+    record = {"parameters": {"peak_friction_deg": {"value": 44.0}}, "message": ""}
+    (own_folder / "fit.json").write_text(json.dumps(record))
+    chapter = soil_fit_chapter(read_results(own_folder), Pen())
+    (table,) = chapter.tables
+    assert [cell.text for cell in table.rows[0][2:4]] == [MISSING, MISSING]
+    assert table.footnotes == ()

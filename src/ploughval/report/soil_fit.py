@@ -14,7 +14,7 @@ from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit
 from ploughval.report.figures.soil_fit import quantity
 from ploughval.report.reading import read_record, read_table
 from ploughval.report.results import Number, Results, Text
-from ploughval.report.text import brief, label, number
+from ploughval.report.text import MISSING, brief, label, number
 
 _HEAD = ("Parameter", "Best", "68 % interval", "95 % interval", "Told in [soil]", "Hangs on")
 _OPEN = "open"
@@ -28,8 +28,8 @@ class ParameterEntry(_Entry):
     """A fitted parameter."""
 
     value: Number = None
-    interval_68: tuple[Number, Number] = (None, None)
-    interval_95: tuple[Number, Number] = (None, None)
+    interval_68: tuple[Number, ...] = ()
+    interval_95: tuple[Number, ...] = ()
     told_by: Text = ""
 
 
@@ -169,15 +169,19 @@ def _parameters(fit: FitRecord, results: Results) -> Table:
                 Cell(entry.told_by),
             ]
         )
-    travel, force = (fit.discrepancy.get(name) or 0.0 for name in ("travel", "force"))
-    note = (
-        f"The model was trusted to {100 * travel:.1f} % of the length of a tooth and {100 * force:.1f} % of "
-        "the force (standard deviations)."
-    )
-    return Table("Soil parameters from the force", _HEAD, rows, footnotes=(note,))
+    travel, force = (fit.discrepancy.get(name) for name in ("travel", "force"))
+    notes: tuple[str, ...] = ()
+    if travel is not None and force is not None:
+        notes = (
+            f"The model was trusted to {100 * travel:.1f} % of the length of a tooth and {100 * force:.1f} % "
+            "of the force (standard deviations).",
+        )
+    return Table("Soil parameters from the force", _HEAD, rows, footnotes=notes)
 
 
 def _interval(limits: tuple[float | None, ...]) -> str:
+    if len(limits) != 2:  # a fit that states none
+        return MISSING
     low, high = (_OPEN if limit is None else brief(limit) for limit in limits)
     return _OPEN if low == high == _OPEN else f"{low} to {high}"
 

@@ -29,11 +29,12 @@ window.ploughval.player.Chart = class {
     const inside = svg("g", { "clip-path": ["url", "(#player-chart)"].join("") });
     inside.append(...this.shade(this.envelope, (row) => row.values, "shade model"));
     inside.append(...this.shade(this.measured, ({ values: [P, std] }) => [std === null ? null : P - 2 * std, std === null ? null : P + 2 * std], "shade measured"));
-    this.starts(inside);
+    const { lines, marks } = this.starts();
+    inside.append(...lines);
     inside.append(svg("path", { class: "measured curve", d: this.line(this.measured) }), svg("path", { class: "model curve", d: this.line(this.model) }));
     this.cursor = svg("line", { class: "cursor", "data-player": "cursor", y1: TOP, y2: TOP + this.high });
     this.marks = [svg("circle", { class: "at measured", r: 6 }), svg("circle", { class: "at model", r: 3.5 })];
-    this.chart.append(clip, inside, ...this.peaks(), this.cursor, ...this.marks);
+    this.chart.append(clip, inside, ...marks, ...this.peaks(), this.cursor, ...this.marks);
   }
 
   axes(width, height) {
@@ -90,15 +91,16 @@ window.ploughval.player.Chart = class {
     return d ? [svg("path", { class: kind, d })] : [];
   }
 
-  // Starts of bands: triangles at the top for measured ones, at the bottom for predicted ones.
-  starts(inside) {
-    const { starts, modelStarts } = this.data.force;
+  // Starts of bands: triangles at the top for measured ones, at the bottom for predicted ones, whole at the edges.
+  starts() {
+    const { starts, modelStarts } = this.data.force, lines = [], marks = [];
     for (const [some, kind, y, tip] of [[starts, "measured", TOP, 9], [modelStarts, "model", TOP + this.high, -9]])
       for (const u of some) {
         const x = this.x(u);
-        inside.append(svg("line", { class: `start ${kind}`, x1: x, x2: x, y1: TOP, y2: TOP + this.high }));
-        inside.append(svg("path", { class: `mark ${kind}`, d: `M${x - 5} ${y}h10l-5 ${tip}z` }));
+        lines.push(svg("line", { class: `start ${kind}`, x1: x, x2: x, y1: TOP, y2: TOP + this.high }));
+        marks.push(svg("path", { class: `mark ${kind}`, d: `M${x - 5} ${y}h10l-5 ${tip}z` }));
       }
+    return { lines, marks };
   }
 
   peaks() {
