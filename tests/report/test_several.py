@@ -264,3 +264,22 @@ def test_alternative_texts_are_there_for_every_figure(tests, tmp_path):
     figures = re.findall(r"<svg [^>]*role=\"img\"[^>]*>", text)
     assert len(figures) >= 6
     assert all(re.search(r'aria-label="[^"]{20,}"', figure) for figure in figures)
+
+
+def test_the_head_names_the_test_on_which_the_model_agrees_least(tests, tmp_path):
+    folders = tests([*REPEATS, (45.0, 1.0)])
+    for folder in folders:
+        record = json.loads((folder / "metrics.json").read_text())
+        for metric in record["metrics"].values():
+            metric["agrees"] = None if metric["agrees"] is None else True
+        (folder / "metrics.json").write_text(json.dumps(record))
+    page = write_report(folders, out=tmp_path / "even.html").read_text(encoding="utf-8")
+    assert "agree where fewest do" not in page
+    record = json.loads((folders[1] / "metrics.json").read_text())
+    judged = [name for name, metric in record["metrics"].items() if metric["agrees"] is not None]
+    for name in judged[:-1]:
+        record["metrics"][name]["agrees"] = False
+    (folders[1] / "metrics.json").write_text(json.dumps(record))
+    page = write_report(folders, out=tmp_path / "odd.html").read_text(encoding="utf-8")
+    assert "agree where fewest do<small>test t1</small>" in page
+    assert f"<dd>1 / {len(judged)}</dd>" in page

@@ -81,7 +81,17 @@ def _tiles(found: SeveralFindings) -> list[Tile]:
     explained, known = _scatter(found)
     if known:
         tiles.append(Tile("scatter as stated", f"{explained} / {known}", "metrics of repeats"))
-    means = [error.mean_agrees for error in found.errors if error.mean_agrees is not None]
-    if means:
-        tiles.append(Tile("mean errors within", f"{sum(means)} / {len(means)}", "their 95 % interval"))
+    worst = _worst(found)
+    if worst is not None:
+        tiles.append(worst)
     return tiles
+
+
+def _worst(found: SeveralFindings) -> Tile | None:
+    """The test on which the model agrees least; None where it agrees wherever it can be judged."""
+    judged = [(test.name, counts(test.metrics.metrics)) for test in found.tests if test.metrics is not None]
+    some = [(agree / (agree + differ), name, agree, differ) for name, (agree, differ, _) in judged if differ]
+    if not some:
+        return None
+    _, name, agree, differ = min(some)
+    return Tile("agree where fewest do", f"{agree} / {agree + differ}", f"test {name}")
