@@ -4,12 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check bench format clean help
+.PHONY: demo test check bench example-report format clean help
 
 help:
 	@echo "make demo    make the environment, process the example test folder, print where the report is"
 	@echo "make test    make the environment, run the tests"
 	@echo "make check   format, lint, types, imports, then the tests"
+	@echo "make example-report    write reports/example anew"
 	@echo "make bench   measure speed against error into reports/speed-error/"
 
 $(READY): pyproject.toml
@@ -30,6 +31,10 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(MAKE) test
+
+example-report: $(READY)
+	$(BIN)/ploughval process data/example --out build/example-report --fresh
+	cp build/example-report/report.html reports/example/report.html
 
 bench: $(READY)
 	$(BIN)/ploughval bench
