@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-import pytest
-
-from ploughval.errors import ConfigError, DataError, Fault, MissingExtraError
+from ploughval.errors import ConfigError, Fault
 from ploughval.run.workers import result_folders, run_all
 
 
@@ -32,28 +30,3 @@ def test_a_failing_test_does_not_stop_the_others():
 def test_one_test_writes_straight_into_out():
     assert result_folders([Path("a")], Path("o")) == [Path("o")]
     assert result_folders([Path("a"), Path("b")], None) == [None, None]
-
-
-def test_a_scheduler_runs_each_test_with_its_options(tmp_path):
-    distributed = pytest.importorskip("distributed")
-    results = {}
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-    ) as cluster:
-        run_all(
-            job,
-            [tmp_path / "a", tmp_path / "bad"],
-            out=tmp_path / "o",
-            scheduler=cluster.scheduler_address,
-            finished=results.__setitem__,
-            workers=2,
-        )
-    assert results[0] == ("a", tmp_path / "o" / "a", 2)
-    assert isinstance(results[1], ConfigError)
-
-
-def test_a_scheduler_that_is_not_there_is_named_or_the_extra_is():
-    with pytest.raises((MissingExtraError, DataError), match=r"cluster|scheduler"):
-        run_all(
-            job, [Path("a")], out=None, scheduler="tcp://127.0.0.1:9", finished=lambda *_: None, workers=1
-        )

@@ -1,12 +1,10 @@
 """Several tests: one after the other here, or side by side on a dask cluster."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
-from ploughval.errors import DataError, MissingExtraError
+from ploughval.run.cluster import run_on_cluster
 from ploughval.watch import Progress
 
 
@@ -85,27 +83,4 @@ def run_all(
             else:
                 finished(index, result)
         return
-    client = _connect(scheduler)
-    try:
-        futures = [
-            client.submit(partial(job, **options), folder.resolve(), target and target.resolve(), pure=False)
-            for folder, target in zip(folders, targets, strict=True)
-        ]
-        for index, future in enumerate(futures):
-            failure = future.exception()
-            finished(index, failure if failure is not None else future.result())
-    finally:
-        client.close()
-
-
-def _connect(address: str) -> Any:
-    try:
-        distributed: Any = import_module("distributed")  # an extra: not there in a plain installation
-    except ImportError:
-        raise MissingExtraError("distributed", "cluster", "--scheduler") from None
-    try:
-        return distributed.Client(address, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise DataError(
-            f"the dask scheduler does not answer ({error}); start one or leave --scheduler out", path=address
-        ) from None
+    run_on_cluster(job, folders, targets, scheduler=scheduler, finished=finished, **options)
