@@ -1,10 +1,12 @@
 """The files of a result folder, written aside and renamed; run.json comes last."""
 
+import io
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import h5netcdf
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -135,12 +137,21 @@ class _Writer:
             for variable, data in dataset.data_vars.items()
             if data.size
         }
-        write_aside(self._path(name), lambda p: dataset.to_netcdf(p, engine="h5netcdf", encoding=encoding))
+        data = netcdf_bytes(dataset, encoding)
+        write_aside(self._path(name), lambda p: p.write_bytes(data))
 
     def _path(self, name: str) -> Path:
         path = self.folder / name
         self.written.append(path)
         return path
+
+
+def netcdf_bytes(dataset: xr.Dataset, encoding: dict[str, Any]) -> bytes:
+    """A dataset as a NetCDF file in memory: HDF5 itself, on a disk that fills up, ends the process."""
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
+    return buffer.getvalue()
 
 
 def _write_measured(writer: _Writer, found: Findings) -> None:
