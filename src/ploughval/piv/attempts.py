@@ -182,7 +182,12 @@ class Attempts:
                 return
 
     def _refine(self, whole: Index) -> None:
-        """Follow curvature and shear bands where whole plain subsets do not describe the motion."""
+        """Follow curvature and shear bands where whole plain subsets do not describe the motion.
+
+        Where not one of them matched, nothing tells what undisturbed subsets leave: it is another scene.
+        """
+        if not (self.fit.status[whole] == Status.OK).any():
+            return
         for held, part in self._by_reference(whole):
             if part.size < LEAST_REFINED:
                 continue
