@@ -242,8 +242,8 @@ def file_faults(data: Values, folder: Path) -> list[Fault]:
     Empty-box runs that are not there are none: the force can do without one, and says so.
     """
     faults = []
-    for place, name, is_pattern in _named_files(data):
-        if not name.strip() or "\0" in name or _leaves(name):
+    for place, name, is_pattern in named_files(data):
+        if not name.strip() or "\0" in name or leaves(name):
             expected = "a path inside the test folder, with forward slashes"
             faults.append(Fault(place, _shown(name), expected, "Copy the files into the test folder."))
             continue
@@ -298,7 +298,7 @@ def _size(path: Path) -> int:
         return 0
 
 
-def _named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
+def named_files(data: Values) -> Iterator[tuple[str, str, bool]]:
     """Place, name and whether it is a pattern, of every file named in the raw settings."""
     camera, cells = data.get("camera"), data.get("loadcells")
     if isinstance(camera, dict):
@@ -336,7 +336,8 @@ def _text(place: str, name: Any, *, is_pattern: bool = False) -> Iterator[tuple[
         yield place, name, is_pattern
 
 
-def _leaves(name: str) -> bool:
+def leaves(name: str) -> bool:
+    """Whether a name leads out of its folder, or is none with forward slashes."""
     windows = PureWindowsPath(name)
     return bool(PurePosixPath(name).is_absolute() or windows.anchor or ".." in windows.parts or "\\" in name)
 
