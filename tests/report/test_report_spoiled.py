@@ -30,3 +30,11 @@ def test_tracks_with_flipped_bytes_are_read_or_refused(own_folder, seed):
     except PloughvalError as error:
         found = str(error)
     assert "tracks.nc" in found or "x_mm" in found
+
+
+def test_a_table_with_a_number_of_hundreds_of_digits_is_read_as_infinite(own_folder):
+    path = own_folder / "surface.csv"
+    head, row, *rest = path.read_text().splitlines()
+    frame, u, _, *others = row.split(",")
+    path.write_text("\n".join([head, ",".join([frame, u, "2" * 400, *others]), *rest]))
+    assert np.isinf(read_results(own_folder).surface["x_mm"].iloc[0])

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ValidationError
 
+from ploughval.columns import floats_of
 from ploughval.errors import DataError
 
 REMEDY = "Write it anew with: ploughval process"
@@ -47,15 +49,15 @@ def read_table(path: Path, columns: Sequence[str]) -> pd.DataFrame | None:
         if name in _WORDS:
             table[name] = table[name].astype("object").where(table[name].notna(), "").astype(str)
             continue
-        numbers = pd.to_numeric(table[name], errors="coerce")
-        wrong = numbers.isna() & table[name].notna()
+        numbers = floats_of(table[name])
+        wrong = np.isnan(numbers) & table[name].notna().to_numpy()
         if wrong.any():
-            row = int(wrong.to_numpy().argmax())
+            row = int(wrong.argmax())
             raise DataError(
                 f"line {row + 2}, {name}: got {table[name].iloc[row]!r}; expected a number. {REMEDY}",
                 path=path,
             )
-        table[name] = numbers.astype(float)
+        table[name] = numbers
     return table
 
 

@@ -70,3 +70,13 @@ def test_times_that_rise_by_next_to_nothing_are_refused_as_the_same(tmp_path):
     """Found by spoiling sound files: the smallest numbers there are, whose squares are zero."""
     rows = [f"{k}e-320,{row.split(',', 1)[1]}" for k, row in enumerate(ROWS)]
     assert "all times in column 'time_s' are the same" in refused(tmp_path / "a.csv", HEADER + "".join(rows))
+
+
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_a_reading_of_hundreds_of_digits_is_left_empty_by_its_row(tmp_path, digits):
+    """Such a whole number is larger than any float; found by spoiling sound files."""
+    rows = [*ROWS[:9], f"0.9,0.09,{'2' * digits},0.5\n", *ROWS[10:]]
+    (tmp_path / "a.csv").write_text(HEADER + "".join(rows))
+    log = read_log(tmp_path / "a.csv", LogColumns())
+    assert log.faults == ("moment_upper is not finite in row 9 (line 11): left empty",)
+    assert log.data["moment_upper"].isna().sum() == 1

@@ -122,3 +122,11 @@ def test_files_that_do_not_fit_are_refused_by_what_is_wrong(written, make_scene)
 def test_a_missing_file_is_a_fault_of_the_settings(make_scene):
     with pytest.raises(DataError, match="not readable"):
         calibrate(make_scene(calibration="nowhere.json"), FRAMES)
+
+
+@pytest.mark.parametrize("side", [0, -255, 40_000, 10**400])
+def test_a_size_that_no_photograph_has_is_refused(written, side):
+    _, path = written
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"photograph_px": [255, side]}))
+    with pytest.raises(DataError, match=r"photograph_px: got 255 x -?\d+; expected 1 to 32766 px"):
+        read_calibration(path)

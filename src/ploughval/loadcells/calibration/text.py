@@ -57,7 +57,7 @@ class Columns:
             k = int(np.flatnonzero(odd)[0])
             limit = f" of at most {_LARGEST:g}" if np.isfinite(values[k]) else ""
             raise DataError(
-                f"line {self.line[k]}: {name} is {self.text[name].iloc[k]!r}; expected a number{limit}",
+                f"line {self.line[k]}: {name} is {self.text[name].iloc[k][:80]!r}; expected a number{limit}",
                 path=path,
             )
         return values

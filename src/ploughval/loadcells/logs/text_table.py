@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ploughval.columns import floats_of
 from ploughval.errors import DataError
 from ploughval.loadcells.logs.names import VALUE_COLUMNS, Wanted, column_unit, find_places
 from ploughval.loadcells.logs.raw import RawLog
@@ -84,7 +85,7 @@ def numbers(column: pd.Series, decimal: str) -> NDArray[np.float64]:
     if column.dtype.kind in "fiu":
         return column.to_numpy(dtype=np.float64, copy=True)
     column = column.astype(object)
-    found = pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, copy=True)
+    found = floats_of(column)
     if decimal == ",":
         text = np.array([isinstance(cell, str) for cell in column], dtype=bool)
         words = column[text].astype(str).str.strip()

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, DataError
-from ploughval.limits import SETTINGS_BYTES, read_limited
+from ploughval.limits import PICTURE_SIDE_PX, SETTINGS_BYTES, read_limited
 from ploughval.photos.calibration.camera_fit import TermTest
 from ploughval.photos.calibration.camera_model import PARAMETERS, CameraModel
 from ploughval.photos.calibration.lens import TERMS, Lens
@@ -120,6 +120,12 @@ def _read(path: Path) -> _File:
         ) from None
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"not readable as JSON: {error}. {_REMEDY}", path=path) from None
+    if not all(1 <= side <= PICTURE_SIDE_PX for side in held.photograph_px):
+        raise DataError(
+            f"photograph_px: got {' x '.join(str(side)[:20] for side in held.photograph_px)}; expected 1 to "
+            f"{PICTURE_SIDE_PX} px a side. {_REMEDY}",
+            path=path,
+        )
     if set(held.lens) != set(TERMS):
         raise DataError(f"lens: got {sorted(held.lens)}; expected {list(TERMS)}. {_REMEDY}", path=path)
     if len(held.spread) != PARAMETERS or len({len(row) for row in held.spread}) != 1:

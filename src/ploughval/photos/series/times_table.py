@@ -106,7 +106,7 @@ def _rows_of(table: Path, reader: "_Reader", sign: str) -> list[tuple[int, str, 
         except (ValueError, IndexError):
             value = float("nan")
         if not abs(value) <= _LATEST_S:
-            wrong.append(f"line {reader.line_num}: {sign.join(cells)!r}")
+            wrong.append(f"line {reader.line_num}: {sign.join(cells)[:80]!r}")
             continue
         rows.append((reader.line_num, cells[where].strip(), value))
     if wrong:

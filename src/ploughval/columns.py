@@ -1,0 +1,38 @@
+"""Columns of text tables as numbers."""
+
+import math
+import sys
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+
+def floats_of(column: pd.Series) -> NDArray[np.float64]:
+    """A column as float64: NaN where there is no number, infinite where no float is so large.
+
+    Parameters
+    ----------
+    column : (N,) Series
+        Cells as read: numbers, text, whole numbers of any length.
+
+    Returns
+    -------
+    (N,) float
+
+    Examples
+    --------
+    >>> floats_of(pd.Series(["1.5", "x", 10**400], dtype=object)).tolist()
+    [1.5, nan, inf]
+    """
+    try:
+        found = pd.to_numeric(column, errors="coerce")
+    except OverflowError:  # whole numbers of hundreds of digits
+        found = pd.to_numeric(column.map(_in_range), errors="coerce")
+    return found.to_numpy(dtype=np.float64, copy=True)
+
+
+def _in_range(cell: object) -> object:
+    if not isinstance(cell, int) or abs(cell) <= sys.float_info.max:
+        return cell
+    return math.inf if cell > 0 else -math.inf
