@@ -202,7 +202,7 @@ def load_scene(path: Path | str, *, files: bool = True) -> Scene:
     """
     path = Path(path)
     source = path / "test.toml" if path.is_dir() else path
-    data, faults = rename_keys(Scene, _read_toml(source))
+    data, faults = rename_keys(Scene, read_toml(source))
     scene = None
     try:
         scene = Scene.model_validate({**data, "folder": source.parent, "source": source})
@@ -229,7 +229,14 @@ def _conflicts(table: type[Table], values: Mapping[str, Any], place: str = "") -
     return faults
 
 
-def _read_toml(source: Path) -> dict[str, Any]:
+def read_toml(source: Path) -> dict[str, Any]:
+    """The raw settings of a test.toml.
+
+    Raises
+    ------
+    ConfigError
+        What is no readable TOML, with the line.
+    """
     try:
         remedy = "Take out what the test does not need."
         text = read_limited(source, SETTINGS_BYTES, remedy).decode("utf-8-sig")
