@@ -2,12 +2,15 @@
 
 import csv
 import io
+import itertools
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import pandas as pd
 
+from ploughval.columns import floats_of
 from ploughval.report.blocks import Chapter
 from ploughval.report.figures.force import thin
 from ploughval.report.results import MetricEntry, Results
@@ -81,26 +84,35 @@ def _attached(results: Results, name: str) -> Attached | None:
         return None
     if name not in _DRAWN and path.stat().st_size > MOST_BYTES:
         return None
-    with path.open(encoding="utf-8", newline="") as file:
-        head, *rows = list(csv.reader(file)) or [[]]
-    note = ""
-    if name in _DRAWN and path.stat().st_size > MOST_BYTES / 4:
-        head, rows, note = _as_drawn(name, head, rows)
-    text = csv_text([head, *rows])
+    drawn = name in _DRAWN and path.stat().st_size > MOST_BYTES / 4
+    rows, note = _as_drawn(path, *_DRAWN[name]) if drawn else (_rows(path), "")
+    text = csv_text(rows)
     return Attached(name.replace("/", "-"), text, note) if len(text) <= MOST_BYTES else None
 
 
-def _as_drawn(name: str, head: list[str], rows: list[list[str]]) -> tuple[list[str], list[list[str]], str]:
-    """The rows that a figure is drawn through, and the columns that it shows."""
-    curve, columns = _DRAWN[name]
+def _rows(path: Path) -> Iterator[list[str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        yield from csv.reader(file)
+
+
+def _as_drawn(path: Path, curve: str, columns: Sequence[str]) -> tuple[list[list[str]], str]:
+    """The rows that a figure is drawn through, the head first, and the columns that it shows.
+
+    A log of hours has millions of rows: they are gone through one by one.
+    """
+    head, *_ = itertools.islice(_rows(path), 1)
     kept = [place for place, title in enumerate(head) if not columns or title in columns]
-    shown = list(range(len(rows)))
+    shown = None
     if curve in head:
-        values = pd.to_numeric(pd.Series([row[head.index(curve)] for row in rows]), errors="coerce")
-        shown = thin(pd.DataFrame({curve: values}), curve).index.tolist()
-    some = [[rows[row][place] for place in kept] for row in shown]
-    said = f"{len(some)} of {len(rows)} rows" if len(some) < len(rows) else "the columns that are drawn"
-    return [head[place] for place in kept], some, f"{name}: {said}; all of it is in the result folder."
+        values = floats_of(pd.read_csv(path, usecols=[curve], skip_blank_lines=False)[curve])
+        shown = set(thin(pd.DataFrame({curve: values}), curve).index.tolist())
+    some, count = [[head[place] for place in kept]], 0
+    for row in itertools.islice(_rows(path), 1, None):
+        if shown is None or count in shown:
+            some.append([row[place] for place in kept])
+        count += 1
+    said = f"{len(some) - 1} of {count} rows" if len(some) - 1 < count else "the columns that are drawn"
+    return some, f"{path.name}: {said}; all of it is in the result folder."
 
 
 def _model_force(results: Results) -> Attached | None:
