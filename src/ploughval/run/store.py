@@ -71,8 +71,12 @@ def write_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
 
     Nine significant digits are a nanometre in a metre: below any noise, and the same on every machine.
     """
-    text = table.loc[:, list(columns)].to_csv(index=False, float_format="%.9g", lineterminator="\n")
-    write_text(path, text)
+
+    def write(aside: Path) -> None:  # part by part: as one text, a log of hours would fill the memory
+        with aside.open("w", encoding="utf-8", newline="") as file:
+            table.to_csv(file, columns=list(columns), index=False, float_format="%.9g", lineterminator="\n")
+
+    write_aside(path, write)
 
 
 def _plain(value: Any) -> Any:
