@@ -22,10 +22,10 @@ from ploughval.run.clock import frame_displacement
 from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.first_frame import first_frame
+from ploughval.run.photographs import Photographs
 from ploughval.run.results import forget, refuse_inputs, write_results
-from ploughval.run.window import WindowRecord, watch
+from ploughval.run.window import WindowRecord
 from ploughval.scene import Scene, Step, load_scene
-from ploughval.scene_camera import EQUIPMENT
 from ploughval.tracers import area_balance, find_bands, layers_from_tracks
 from ploughval.watch import Progress, one_step, unheard
 
@@ -167,15 +167,8 @@ class _Run:
             self.found.warnings.append(
                 f"frame {first} shows the sand at rest, by the log: it stands for the first"
             )
-        key = self._window_key(first)
-        arrays = self.kept.load("window", key)
-        if arrays is not None:
-            return WindowRecord.from_arrays(arrays)
-        record = watch(
-            self.scene, frames, calibration, first=first, workers=self.workers, progress=self.progress
-        )
-        self.kept.save("window", key, record.to_arrays())
-        return record
+        photographs = Photographs(self.scene, frames, calibration, self.found.input_digests)
+        return photographs.window(self.kept, first, workers=self.workers, progress=self.progress)
 
     def _judge_photographs(self) -> None:
         """Name every frame and every part of the walk that gave nothing."""
@@ -206,14 +199,6 @@ class _Run:
         else:
             found.warnings += [f"frame {f}: the blade's face was not found in the photograph" for f in unseen]
         found.warnings += [f"frame {f}: {text}" for f, texts in window.notes.items() for text in texts]
-
-    def _window_key(self, first: int) -> str:
-        """Key of all that the walk through the photographs depends on."""
-        tables = {"blade", "camera", "tracers", "piv", "soil", "box"}
-        settings = self.scene.model_dump_json(include=tables, exclude={"camera": set(EQUIPMENT)})
-        digests = self.found.input_digests
-        files = [f"{name}={digests[name]}" for name in provenance.window_files(self.scene)]
-        return store.key_of(provenance.code_digest(), settings, str(first), *files)
 
     def _displacement(self, window: WindowRecord) -> None:
         found = self.found
