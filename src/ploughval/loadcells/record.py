@@ -93,22 +93,23 @@ def force_from_readings(
     geometry, response = rig.geometry, rig.response
     share = np.asarray(moving, np.float64)
     raw = response.features(readings - zero.offset)
-    raw_cells = response.coefficients @ raw
-    raw_N = _resultant(raw_cells, geometry)
+    raw_N = _resultant(response.coefficients @ raw, geometry)
     net, friction_N = raw, np.full(raw_N.shape, np.nan)
     if friction is not None:
-        at = friction.mean if friction_at is None else friction.at(friction_at)
-        taken = at * share
-        friction_N, net = _resultant(response.coefficients @ taken, geometry), raw - taken
+        taken = (friction.mean if friction_at is None else friction.at(friction_at)) * share
+        net, friction_N = raw - taken, _resultant(response.coefficients @ taken, geometry)
+        del taken  # of a log of hours each array counts
     slope = response.slopes(_mean_reading(readings - zero.offset, share > 0.5))
     always = _always(rig, zero, slope) + more
     sources = Sources(always + _friction_terms(friction, share, response), response, geometry)
     force_cells = response.coefficients @ net
     force_N = _resultant(force_cells, geometry)
-    std_N = force_std(net, sources)
     arm = (net, sources) if per_cell else (raw, Sources(always, response, geometry))
-    arm_force, arm_lower = (force_N, force_cells[1]) if per_cell else (raw_N, raw_cells[1])
+    arm_force = force_N if per_cell else raw_N
+    arm_lower = (force_cells if per_cell else response.coefficients @ raw)[1]
     arm_mm = line_of_action(arm_lower, arm_force, geometry.lower_to_tip_mm)
+    del raw, force_cells, arm_lower
+    std_N = force_std(net, sources)
     arm_mm_std = arm_std(*arm)
     small = _small(arm_force, std_N)
     arm_mm[small] = arm_mm_std[small] = std_N[~np.isfinite(force_N)] = np.nan
