@@ -1,5 +1,7 @@
 """Which photograph shows the sand at rest."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 
@@ -12,7 +14,9 @@ AT_REST_PX = 1.0
 """A blade that has moved by less than this, by the log, counts as at rest."""
 
 
-def first_frame(scene: Scene, frames: FrameSeries, mm_per_px: float, log: pd.DataFrame | None) -> int:
+def first_frame(
+    scene: Scene, frames: FrameSeries, mm_per_px: float, record: Callable[[], pd.DataFrame | None]
+) -> int:
     """The first photograph; where it cannot be read, the next one if the log has the blade at rest in it.
 
     Parameters
@@ -23,8 +27,9 @@ def first_frame(scene: Scene, frames: FrameSeries, mm_per_px: float, log: pd.Dat
         The photographs.
     mm_per_px : float
         Their scale.
-    log : DataFrame or None
-        Columns time_s and u_mm of the load cells' log.
+    record : callable
+        Gives the load cells' record, with columns time_s and u_mm, or None; asked where the first photograph
+        cannot be read.
 
     Returns
     -------
@@ -40,9 +45,10 @@ def first_frame(scene: Scene, frames: FrameSeries, mm_per_px: float, log: pd.Dat
     if fault is None:
         return 0
     frame = next((k for k in range(1, len(frames)) if _fault(frames, k) is None), None)
-    if frame is not None:
+    log = None if frame is None else record()
+    if frame is not None and log is not None:
         u_mm = frame_displacement(scene, frames.time_s, np.full(len(frames), np.nan), log).u_mm
-        if log is not None and abs(u_mm[frame]) < AT_REST_PX * mm_per_px:
+        if abs(u_mm[frame]) < AT_REST_PX * mm_per_px:
             return frame
     raise fault
 

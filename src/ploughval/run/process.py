@@ -162,7 +162,7 @@ class _Run:
         frames, calibration = self.found.frames, self.found.calibration
         assert frames is not None
         assert calibration is not None
-        first = first_frame(self.scene, frames, calibration.mm_per_px, self.found.force_record())
+        first = first_frame(self.scene, frames, calibration.mm_per_px, self.found.force_record)
         if first:
             self.found.warnings.append(
                 f"frame {first} shows the sand at rest, by the log: it stands for the first"
