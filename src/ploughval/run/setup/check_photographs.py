@@ -190,7 +190,7 @@ def _first(scene: Scene, seen: Seen, log: pd.DataFrame | None, ledger: Ledger) -
     assert frames is not None
     try:
         scale = calibration.mm_per_px if calibration is not None else 1.0
-        first = first_frame(scene, frames, scale, log if calibration is not None else None)
+        first = first_frame(scene, frames, scale, lambda: log if calibration is not None else None)
         seen.image = frames.read(first)
         return first
     except DataError as error:
