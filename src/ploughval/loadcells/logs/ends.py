@@ -7,6 +7,7 @@ from ploughval.loadcells.motion import find_motion
 
 _STILL_MOVING = 0.5  # part of the steady speed
 _LEAST_ROWS = 10
+_SHORTEST_S = 1e-9  # rows at one time have no speed
 _ROWS = 10_000  # as many are enough to see it
 
 
@@ -34,6 +35,8 @@ def stops_early(time_s: NDArray[np.float64], displacement_mm: NDArray[np.float64
     last = good[-max(_LEAST_ROWS, good.size // 100) :]
     steady = good[(good >= motion.steady_start) & (good < motion.steady_end)]
     if last.size < _LEAST_ROWS or steady.size < 2 or last[0] <= motion.onset:
+        return []
+    if not np.ptp(time_s[last]) > _SHORTEST_S:
         return []
     usual = _speed(time_s, displacement_mm, steady[[0, -1]])
     speed = float(np.polyfit(time_s[last] - time_s[last[0]], displacement_mm[last], 1)[0])
