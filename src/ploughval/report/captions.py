@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-from ploughval.run.store import write_text
+from ploughval.run.written import write_text
 
 NAMES = ("captions.md", "captions.csv")
 _HEAD = ("figure", "chapter", "caption", "alternative_text", "data", "width_mm", "height_mm")

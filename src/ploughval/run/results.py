@@ -23,8 +23,8 @@ from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.noise import noise_record
 from ploughval.run.pattern import pattern_record
 from ploughval.run.practice import good_practice, shot_of
-from ploughval.run.store import write_aside, write_csv, write_json
 from ploughval.run.tables import blade_table
+from ploughval.run.written import write_aside, write_csv, write_json
 from ploughval.scene import Scene
 
 MODEL_FILES = ("force", "bands", "layers", "surface")

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ploughval.axes import BAND_COLUMNS, unit_of
 from ploughval.report.several.findings import SeveralFindings
-from ploughval.run.store import write_csv, write_json
+from ploughval.run.written import write_csv, write_json
 
 COLUMNS = ("chapter", "group", "test", "metric", "unit", "quantity", "value")
 Row = tuple[str, str, str, str, str, str, float]

@@ -1,0 +1,90 @@
+"""Result files: written aside, synced and renamed, so that a file is whole or as it was."""
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ploughval.errors import DataError
+
+
+def write_aside(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file under another name beside its place, sync it and rename it into place.
+
+    Parameters
+    ----------
+    path : Path
+        Final name; its folder is made when missing.
+    write : callable
+        Gets the temporary path and writes the file there.
+
+    Raises
+    ------
+    DataError
+        When the disk refuses (full, read-only, no permission).
+    """
+    temporary: Path | None = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+        os.close(handle)
+        temporary = Path(name)
+        write(temporary)
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    except OSError as error:
+        raise DataError(
+            f"cannot be written ({error.strerror or error}); free space or choose another place with --out",
+            path=path,
+        ) from error
+    finally:
+        if temporary is not None:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with Unix line ends, aside and renamed."""
+    write_aside(path, lambda p: p.write_bytes(text.encode("utf-8")))
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write JSON with sorted keys; NaN and infinity become null, for JSON has neither."""
+    write_text(path, json.dumps(_plain(value), indent=1, sort_keys=True, allow_nan=False) + "\n")
+
+
+def write_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
+    """Write the named columns of a table; NaN becomes an empty cell, floats keep 9 digits.
+
+    Nine significant digits are a nanometre in a metre: below any noise, and the same on every machine.
+    """
+
+    def write(aside: Path) -> None:  # part by part: as one text, a log of hours would fill the memory
+        with aside.open("w", encoding="utf-8", newline="") as file:
+            table.to_csv(file, columns=list(columns), index=False, float_format="%.9g", lineterminator="\n")
+
+    write_aside(path, write)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if np.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if isinstance(value, Path):
+        return str(value)
+    return value
