@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from ploughval.errors import DataError
-from ploughval.run.written import write_aside, write_csv, write_json
+from ploughval.run.written import clean_aside, write_aside, write_csv, write_json
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_no_scrap(tmp_path):
@@ -45,3 +45,37 @@ def test_csv_has_empty_cells_for_nan_and_keeps_nine_digits(tmp_path):
         path, pd.DataFrame({"x_mm": [1.23456789e-3, np.nan], "n": [1, 2], "extra": [0, 0]}), ["n", "x_mm"]
     )
     assert path.read_bytes() == b"n,x_mm\n1,0.00123456789\n2,\n"
+
+
+def test_what_a_killed_writer_left_is_removed_and_nothing_else(tmp_path):
+    kept = {".hidden", ".table.csv", "table.part-abcdefgh.csv", ".notes-12345678.txt", ".table.part-ABC.csv"}
+    for name in kept | {".table.part-abcdefgh.csv", ".x\ny.part-0123456_.json", ".lone.part-abcd_fgh"}:
+        (tmp_path / name).write_text("x")
+    clean_aside(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == kept
+    clean_aside(tmp_path / "missing")
+
+
+def test_a_writer_that_is_killed_leaves_what_the_cleaning_knows(tmp_path):
+    seen = []
+    write_aside(tmp_path / "long.name.csv", lambda path: seen.append(path) or path.write_text("x"))
+    (dead,) = seen
+    dead.write_text("half")
+    clean_aside(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["long.name.csv"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a folder cannot be opened there")
+def test_a_file_is_synced_before_it_has_its_name_and_its_folder_after(tmp_path, monkeypatch):
+    target, order = tmp_path / "x.json", []
+    sync = os.fsync
+
+    def watched(handle):
+        order.append(("folder" if os.path.isdir(f"/proc/self/fd/{handle}") else "file", target.exists()))
+        sync(handle)
+
+    if not os.path.isdir("/proc/self/fd"):
+        pytest.skip("needs /proc/self/fd")
+    monkeypatch.setattr(os, "fsync", watched)
+    write_json(target, {})
+    assert order == [("file", False), ("folder", True)]

@@ -2,9 +2,10 @@
 
 import json
 import os
+import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,14 @@ import pandas as pd
 
 from ploughval.errors import DataError
 
+_DEAD = re.compile(r"\..*\.part-[a-z0-9_]{8}(\..*)?", re.DOTALL)
+
 
 def write_aside(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under another name beside its place, sync it and rename it into place.
+    """Write a file under another name beside its place, sync it, rename it into place and sync the folder.
+
+    Whatever happens meanwhile, a death of the process or of the machine too, the name holds the old file or
+    the whole new one; a temporary file may stay, which :func:`clean_aside` takes for what it is.
 
     Parameters
     ----------
@@ -31,24 +37,57 @@ def write_aside(path: Path, write: Callable[[Path], object]) -> None:
     """
     temporary: Path | None = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-        os.close(handle)
-        temporary = Path(name)
-        write(temporary)
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        temporary.chmod(0o644)
-        temporary.replace(path)
+        with unwritable(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.part-", suffix=path.suffix)
+            os.close(handle)
+            temporary = Path(name)
+            write(temporary)
+            with temporary.open("rb+") as file:
+                os.fsync(file.fileno())
+            temporary.chmod(0o644)
+            temporary.replace(path)
+            _sync_folder(path.parent)
+    finally:
+        if temporary is not None:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def unwritable(path: Path) -> Iterator[None]:
+    """Turn a refusal of the disk into one message that names the file.
+
+    Raises
+    ------
+    DataError
+        In place of an OSError.
+    """
+    try:
+        yield
     except OSError as error:
         raise DataError(
             f"cannot be written ({error.strerror or error}); free space or choose another place with --out",
             path=path,
         ) from error
-    finally:
-        if temporary is not None:
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
+
+
+def clean_aside(folder: Path) -> None:
+    """Remove the temporary files that a process which was killed has left in a folder, not in those below."""
+    with suppress(OSError):
+        dead = [path for path in folder.iterdir() if _DEAD.fullmatch(path.name) and path.is_file()]
+        for path in dead:
+            path.unlink(missing_ok=True)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a rename last beyond a loss of power; where a folder cannot be synced, the system sees to it."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def write_text(path: Path, text: str) -> None:
