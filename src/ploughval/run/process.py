@@ -3,9 +3,8 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
@@ -22,6 +21,7 @@ from ploughval.run.clock import frame_displacement
 from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.first_frame import first_frame
+from ploughval.run.outcome import Outcome
 from ploughval.run.photographs import Photographs
 from ploughval.run.results import forget, refuse_inputs, write_results
 from ploughval.run.window import WindowRecord
@@ -31,21 +31,6 @@ from ploughval.watch import Progress, one_step, unheard
 
 Value = TypeVar("Value")
 LEAST_FOLLOWED = 0.01  # share of the points; a frame with fewer is lost
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of one test."""
-
-    name: str
-    results: Path
-    complete: bool
-    faults: tuple[str, ...]
-    warnings: tuple[str, ...]
-    metrics: dict[str, Any]
-    steps: tuple[str, ...]
-    seconds: float
-    report: Path | None = None
 
 
 def process_folder(

@@ -1,0 +1,34 @@
+"""What became of one test, and how that travels between processes: as JSON."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Self
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of one test."""
+
+    name: str
+    results: Path
+    complete: bool
+    faults: tuple[str, ...]
+    warnings: tuple[str, ...]
+    metrics: dict[str, Any]
+    steps: tuple[str, ...]
+    seconds: float
+    report: Path | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it as values that JSON holds."""
+        told = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: str(value) if isinstance(value, Path) else value for name, value in told.items()}
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> Self:
+        """The same again from what :meth:`to_json` gave, after JSON has made lists of its tuples."""
+        parts = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+        for name in ("results", "report"):
+            parts[name] = None if parts[name] is None else Path(parts[name])
+        return cls(**parts)
