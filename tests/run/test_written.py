@@ -19,7 +19,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_scrap(tmp_path):
         path.write_text("half")
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(DataError, match=r"table\.csv.*No space left"):
+    with pytest.raises(DataError, match=r"table\.csv.*no space is left"):
         write_aside(target, fail)
     assert target.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]

@@ -11,9 +11,9 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
+from ploughval.disk import unwritable
 from ploughval.errors import DataError
 from ploughval.run.store import CACHE
-from ploughval.run.written import unwritable
 
 LOCK = "lock"
 _NONE_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.EPERM}

@@ -4,15 +4,15 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ploughval.errors import DataError
+from ploughval.disk import unwritable
 
 _DEAD = re.compile(r"\..*\.part-[a-z0-9_]{8}(\..*)?", re.DOTALL)
 
@@ -52,24 +52,6 @@ def write_aside(path: Path, write: Callable[[Path], object]) -> None:
         if temporary is not None:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def unwritable(path: Path) -> Iterator[None]:
-    """Turn a refusal of the disk into one message that names the file.
-
-    Raises
-    ------
-    DataError
-        In place of an OSError.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise DataError(
-            f"cannot be written ({error.strerror or error}); free space or choose another place with --out",
-            path=path,
-        ) from error
 
 
 def clean_aside(folder: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.axes import Direction
+from ploughval.disk import unwritable
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.scene import Soil
 from ploughval.synth.camera import Levels, photographs
@@ -65,6 +66,8 @@ def make_folder(
     ------
     ConfigError
         ``out`` is a file, or a folder that is not empty; the blade would come to the end of the box.
+    DataError
+        When the disk refuses; what is there then is no test, and ``overwrite`` replaces it.
     """
     from ploughval.model import simulate  # the model is heavy; grains and truth do without
 
@@ -85,16 +88,10 @@ def make_folder(
         options.rng(Purpose.LINE_OF_ACTION),
         options,
     )
-    out.mkdir(parents=True, exist_ok=True)
-    if options.photographs:
-        _write_photographs(out, view, motion, options, progress)
-    if options.loadcells:
-        _write_logs(out, felt, options)
     tip = view.stated_tip_px(options.direction)
     markers = view.marker_places_px(options.markers, options.marker_radius_px)
     if options.direction is Direction.LEFT:
         markers[:, 0] = view.shape[1] - 1 - markers[:, 0]
-    (out / "test.toml").write_text(settings_text(options, tip, markers), encoding="utf-8")
     truth = Truth(
         options=options,
         tip_px=tip,
@@ -105,7 +102,16 @@ def make_folder(
         layers=layer_table(motion, frames_u, np.array(options.layers_mm), _layer_places(view)),
         blade=_blade_table(tip, options),
     )
-    write_truth(out / "truth", truth)
+    with unwritable(
+        out
+    ):  # what is made half has no test.toml, and says by truth.json that it may be replaced
+        (out / "test.toml").unlink(missing_ok=True)
+        write_truth(out / "truth", truth)
+        if options.photographs:
+            _write_photographs(out, view, motion, options, progress)
+        if options.loadcells:
+            _write_logs(out, felt, options)
+        _write_settings(out / "test.toml", settings_text(options, tip, markers))
     log.info("made %s: %d frames of %d x %d px", out, options.frames, *view.shape[::-1])
     return truth
 
@@ -165,6 +171,16 @@ def _write_picture(path: Path, levels: Levels) -> None:
     if not done:
         raise DataError("the picture could not be encoded", path=path)
     path.write_bytes(data.tobytes())
+
+
+def _write_settings(path: Path, text: str) -> None:
+    """Last, and whole or not at all: without it a folder is no test."""
+    aside = path.with_name(".test.toml")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
 
 
 def _write_logs(out: Path, felt: LogTruth, options: SynthOptions) -> None:

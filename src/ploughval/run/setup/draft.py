@@ -13,6 +13,7 @@ from ploughval.run.setup.draft_lines import ask, offer, quoted
 from ploughval.run.setup.guess_scale import ScaleGuess, guess_scale
 from ploughval.run.setup.guesses import NOTHING, Guesses, guess
 from ploughval.run.setup.survey import Survey, survey
+from ploughval.run.written import write_text
 from ploughval.scene import Blade, Soil
 
 log = logging.getLogger(__name__)
@@ -76,19 +77,17 @@ def write_draft(folder: Path | str) -> Path:
     Raises
     ------
     ConfigError
-        No such folder, a test.toml that is there already, or a folder that cannot be written to.
+        No such folder, or a test.toml that is there already.
+    DataError
+        A folder that cannot be written to.
     """
     path = Path(folder) / "test.toml"
     if path.exists():
         raise ConfigError(path, [_THERE])
     text = draft_settings(folder)
-    try:
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ConfigError(path, [_THERE]) from None
-    except OSError as error:
-        raise ConfigError(path, [Fault("test.toml", str(error), "a folder that can be written to")]) from None
+    if path.exists():
+        raise ConfigError(path, [_THERE])
+    write_text(path, text)
     return path
 
 
