@@ -5,20 +5,22 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
+from ploughval.run.urls import placed
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What became of one test."""
 
     name: str
-    results: Path
+    results: Path | str  # text: a URL
     complete: bool
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
     metrics: dict[str, Any]
     steps: tuple[str, ...]
     seconds: float
-    report: Path | None = None
+    report: Path | str | None = None
 
     def to_json(self) -> dict[str, Any]:
         """All of it as values that JSON holds."""
@@ -28,7 +30,7 @@ class Outcome:
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> Self:
         """The same again from what :meth:`to_json` gave, after JSON has made lists of its tuples."""
-        parts = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+        parts: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in told.items()}
         for name in ("results", "report"):
-            parts[name] = None if parts[name] is None else Path(parts[name])
+            parts[name] = None if parts[name] is None else placed(parts[name])
         return cls(**parts)
