@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ploughval.outcomes import outcome_row
+from ploughval.stopping import listen
 from ploughval.talk import (
     DONE,
     INCOMPLETE,
@@ -388,6 +389,7 @@ def demo(
 
 def main() -> None:
     """Entry point of the console script."""
+    listen()
     app()
 
 

@@ -42,6 +42,11 @@ def unwritable(path: Path) -> Iterator[None]:
         raise refusal(path, error) from error
 
 
+def is_refusal(error: OSError) -> bool:
+    """Whether it is the disk that has no room or takes nothing, of which no program is the cause."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO)
+
+
 def refusal(path: Path | str, error: OSError) -> DataError:
     """The message for a file that the disk refuses.
 

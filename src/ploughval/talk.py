@@ -12,6 +12,8 @@ import typer
 from typer.core import TyperGroup
 
 from ploughval.progress import Events, Lines, Stages
+from ploughval.refusals import refusal_of
+from ploughval.stopping import Stopped
 
 DONE, INCOMPLETE, REFUSED, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -66,23 +68,23 @@ def command(as_json: bool = False) -> Iterator[Talk]:
 
 @contextmanager
 def _answers(talk: Talk) -> Iterator[None]:
-    from ploughval.errors import PloughvalError
-
     try:
         yield
-    except PloughvalError as error:
-        talk.summary["error"] = str(error)
-        raise talk.fail(REFUSED, f"refused: {error}") from None
-    except KeyboardInterrupt:
-        kept = "interrupted: finished stages are kept; the same command goes on from there"
+    except KeyboardInterrupt as stop:
+        by, code = (stop.by, stop.code) if isinstance(stop, Stopped) else ("", INTERRUPTED)
+        kept = f"interrupted{by}: what is finished is kept; the same command goes on from there"
         talk.summary["error"] = kept
-        raise talk.fail(INTERRUPTED, kept) from None
+        raise talk.fail(code, kept) from None
     except typer.Exit as stop:
         talk.close(stop.exit_code)
         raise
     except BrokenPipeError:  # whoever read the output has gone: the frame of the command line ends quietly
         raise
     except Exception as error:
+        refused = refusal_of(error)
+        if refused is not None:
+            talk.summary["error"] = refused
+            raise talk.fail(REFUSED, f"refused: {refused}") from None
         logging.getLogger(__name__).debug("internal error", exc_info=True)
         talk.summary["error"] = f"{type(error).__name__}: {error}"
         message = (

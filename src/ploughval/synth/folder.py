@@ -67,7 +67,7 @@ def make_folder(
     ConfigError
         ``out`` is a file, or a folder that is not empty; the blade would come to the end of the box.
     DataError
-        When the disk refuses; what is there then is no test, and ``overwrite`` replaces it.
+        When the disk refuses; what is there then is no test, and the next making replaces it.
     """
     from ploughval.model import simulate  # the model is heavy; grains and truth do without
 
@@ -119,7 +119,8 @@ def make_folder(
 def _check_place(out: Path, overwrite: bool) -> None:
     if out.exists() and not out.is_dir():
         raise ConfigError(out, [Fault("out", "a file", "a folder to make", "Choose another place.")])
-    if not overwrite and out.is_dir() and any(out.iterdir()):
+    half = (out / "truth" / "truth.json").is_file() and not (out / "test.toml").exists()
+    if not overwrite and not half and out.is_dir() and any(out.iterdir()):
         fault = Fault(
             "out", "a folder that is not empty", "a new or empty folder", "Empty it or choose another place."
         )
