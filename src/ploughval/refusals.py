@@ -16,5 +16,5 @@ def refusal_of(error: BaseException) -> str | None:
     if is_short_of_memory(error):
         return shortage(error)
     if isinstance(error, OSError) and is_refusal(error):
-        return str(refusal(error.filename or "a file", error))
+        return str(refusal(error.filename or "the output", error))
     return None

@@ -103,7 +103,11 @@ class Verbs(TyperGroup):
         """Run a command line and leave with its exit code."""
         line = args[0] if args else options.get("args")
         if "--json" not in (sys.argv[1:] if line is None else line):
-            return super().main(*args, **options)
+            try:
+                return super().main(*args, **options)
+            except OSError as error:  # the help, on an output that is full
+                typer.echo(f"refused: {refusal_of(error) or error}", err=True)
+                sys.exit(REFUSED)
         try:
             code = super().main(*args, **options | {"standalone_mode": False})
         except Exception as error:
@@ -207,7 +211,7 @@ def shown_progress(talk: Talk) -> Iterator[Stages]:
 
 def _can_draw() -> bool:
     """Whether the error stream is a terminal that can move its cursor."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         return False
     from rich.console import Console
 
