@@ -7,14 +7,18 @@ from ploughval.errors import DataError
 
 PICTURE_PIXELS = 160_000_000
 """Pixels of one photograph; the largest sensors of one exposure have 151 million."""
+SAMPLE_BYTES = 6 * PICTURE_PIXELS
+"""What a decoder holds of one picture: with that, no file takes more than 2 GB of memory to read."""
 PICTURE_SIDE_PX = 32_766
 """Side of one photograph, px; OpenCV maps no picture with a longer one."""
-PICTURE_BYTES = 1 << 30
+PICTURE_BYTES = 512 << 20
 """A picture file whose decoder takes it whole."""
 PICTURES = 1_000_000
 """Pictures in one file."""
-LOG_BYTES = 1 << 30
-LOG_ROWS = 10_000_000
+LOG_BYTES = 640 << 20
+"""One file of a log; in any form it is read within 2 GB of memory."""
+LOG_ROWS = 5_000_000
+"""Rows of a log in all its files: 83 minutes at 1 kHz, processed within 2 GB of memory."""
 LINE_BYTES = 1 << 20
 """One line of a text table."""
 SETTINGS_BYTES = 8 << 20

@@ -21,6 +21,7 @@ def refused(path, data):
 
 def test_more_rows_than_the_limit_are_refused_before_they_are_parsed(tmp_path, monkeypatch):
     monkeypatch.setattr(text_bytes, "LOG_ROWS", 20)
+    monkeypatch.setattr(text_bytes, "_ABOVE", 0)
     told = refused(tmp_path / "a.csv", HEADER + "".join(ROWS))
     assert "rows; expected at most as many. Thin it out or part it" in told
 

@@ -7,18 +7,20 @@ import zlib
 
 import numpy as np
 import pytest
+import tifffile
 from PIL import Image
 
 from ploughval.errors import DataError
+from ploughval.photos.reading import grey, header, pillow
 from ploughval.photos.reading.decode import decode, read_header
 from ploughval.photos.reading.exif import PNG_MAGIC
 
 
-def png(width, height, packed=b"", bits=8):
+def png(width, height, packed=b"", bits=8, colours=0):
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    head = struct.pack(">IIBBBBB", width, height, bits, 0, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, bits, colours, 0, 0, 0)
     return PNG_MAGIC + chunk(b"IHDR", head) + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
 
 
@@ -102,3 +104,38 @@ def test_samples_that_are_no_grey_levels_are_refused_by_the_header(tmp_path):
     (tmp_path / "a.tif").write_bytes(buffer.getvalue())
     with pytest.raises(DataError, match="samples of type float32, axes YX; expected 8 or 16 bit"):
         read_header(tmp_path / "a.tif")
+
+
+def test_samples_of_16_bits_that_unpack_to_more_than_memory_should_hold_are_refused_unread(tmp_path):
+    (tmp_path / "a.png").write_bytes(png(9_000, 9_200, bits=16, colours=6))
+    with pytest.raises(
+        DataError, match=r"it unpacks to 994 MB with 4 samples a pixel; expected at most 960"
+    ):
+        decode(tmp_path / "a.png")
+
+
+def test_a_tiff_of_many_samples_a_pixel_is_held_to_the_same_limit(tmp_path, monkeypatch):
+    tifffile.imwrite(
+        tmp_path / "a.tif", np.zeros((20, 30, 5), np.uint16), photometric="rgb", extrasamples=(0, 0)
+    )
+    assert decode(tmp_path / "a.tif").shape == (20, 30)
+    monkeypatch.setattr(header, "SAMPLE_BYTES", 5999)
+    with pytest.raises(DataError, match=r"it unpacks to 6 kB with 5 samples a pixel; expected at most 6 kB"):
+        decode(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("mode", ["P", "CMYK", "LA", "RGBA", "1"])
+def test_what_is_converted_in_parts_is_what_it_is_as_a_whole(monkeypatch, mode):
+    monkeypatch.setattr(pillow, "ROWS", 7)
+    colours = np.random.default_rng(1).integers(0, 255, (23, 30, 3)).astype(np.uint8)
+    image = Image.fromarray(colours).convert(mode)
+    whole = np.asarray(image.convert("RGBA"))[..., :3]
+    found = pillow.samples_of(image)
+    assert np.array_equal(found if found.ndim == 3 else np.dstack([found] * 3), whole)
+
+
+def test_grey_is_made_in_parts_as_of_the_whole(monkeypatch):
+    colours = np.random.default_rng(2).integers(0, 65_536, (23, 31, 3)).astype(np.uint16)
+    whole = grey.to_grey(colours)
+    monkeypatch.setattr(grey, "ROWS", 5)
+    assert np.array_equal(grey.to_grey(colours), whole)

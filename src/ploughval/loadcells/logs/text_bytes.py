@@ -11,6 +11,7 @@ from typing import BinaryIO
 from ploughval.errors import DataError
 from ploughval.limits import LINE_BYTES, LOG_BYTES, LOG_ROWS, refuse_large, size_in_words
 
+_ABOVE = 1000  # lines above a table are none of its rows
 _BLOCK = 1 << 24
 _REMEDY = "Thin it out or part it: [loadcells] log may list several files"
 _PACKED = {
@@ -128,7 +129,7 @@ class _Size:
         self._refuse_long(block, sign)
         self._feeds, self._returns = self._feeds + feeds, self._returns + returns
         count = max(self._feeds, self._returns)
-        if count > LOG_ROWS:
+        if count > LOG_ROWS + _ABOVE:
             raise DataError(
                 f"holds more than {LOG_ROWS // 1_000_000} million rows; expected at most as many. {_REMEDY}",
                 path=self._path,

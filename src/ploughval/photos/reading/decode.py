@@ -20,7 +20,7 @@ from ploughval.limits import PICTURE_BYTES, PICTURE_PIXELS, PICTURES, read_limit
 from ploughval.photos.reading import gif, raw, tiff, video
 from ploughval.photos.reading.exif import PNG_MAGIC, load_png, read_tags
 from ploughval.photos.reading.grey import Channel, Samples, to_grey
-from ploughval.photos.reading.header import Header, refuse_large_shape
+from ploughval.photos.reading.header import Header, refuse_large_shape, refuse_samples
 from ploughval.photos.reading.pillow import samples_of
 
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
@@ -137,9 +137,12 @@ def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
         return video.VideoFile(path, channel).read(page)
     if start[:4] in tiff.MAGIC:
         return tiff.decode_tiff(path, page)
-    if _png_bits(start) == 16 or start.startswith(_JPEG2000_MAGIC):
+    wavelets = start.startswith(_JPEG2000_MAGIC)
+    if _png_bits(start) == 16 or wavelets:
         with Image.open(path) as image:
             refuse_large_shape(*image.size)
+            # OpenJPEG unpacks to 32 bits whatever the depth; OpenCV holds some rows of a PNG twice
+            refuse_samples(*image.size, len(image.getbands()), 4 if wavelets else 3)
         # Pillow keeps 8 of the 16 bits of colours
         return _decode_opencv(read_limited(path, PICTURE_BYTES, _TOO_LARGE))
     return _decode_pillow(path, page, luma=channel == "grey")

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 Samples = NDArray[np.uint8] | NDArray[np.uint16]
 Channel = Literal["grey", "red", "green", "blue"]
 
+ROWS = 512
+"""Rows of a picture that are converted at a time."""
+
 
 def to_grey(samples: Samples, channel: Channel = "grey") -> Samples:
     """Reduce decoded samples to the one plane that is correlated.
@@ -25,7 +28,11 @@ def to_grey(samples: Samples, channel: Channel = "grey") -> Samples:
     (H, W), dtype of `samples`, contiguous
     """
     if samples.ndim == 3 and channel == "grey":
-        return cast(Samples, cv2.cvtColor(np.ascontiguousarray(samples), cv2.COLOR_RGB2GRAY))
+        grey = np.empty(samples.shape[:2], samples.dtype)
+        for top in range(0, len(grey), ROWS):  # colours of a large picture are not held twice
+            part = np.ascontiguousarray(samples[top : top + ROWS])
+            grey[top : top + ROWS] = cv2.cvtColor(part, cv2.COLOR_RGB2GRAY)
+        return cast(Samples, grey)
     if samples.ndim == 3:
         samples = samples[..., ("red", "green", "blue").index(channel)]
     return cast(Samples, np.ascontiguousarray(samples))

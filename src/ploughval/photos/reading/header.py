@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from ploughval.limits import PICTURE_PIXELS, PICTURE_SIDE_PX
+from ploughval.limits import PICTURE_PIXELS, PICTURE_SIDE_PX, SAMPLE_BYTES, size_in_words
 from ploughval.photos.reading.exif import Tags
 
 
@@ -28,4 +28,17 @@ def refuse_large_shape(width: int, height: int) -> None:
         raise ValueError(
             f"it says that it is {width} x {height} px; expected at most {PICTURE_PIXELS // 1_000_000} "
             f"million px and {PICTURE_SIDE_PX} px a side. Crop it, or take it out"
+        )
+
+
+def refuse_samples(width: int, height: int, samples: int, held: int) -> None:
+    """Raise ValueError for a picture that would be unpacked to too many bytes.
+
+    ``samples`` a pixel, alpha among them, for each of which the decoder holds ``held`` bytes.
+    """
+    whole = width * height * samples * held
+    if whole > SAMPLE_BYTES:
+        raise ValueError(
+            f"it unpacks to {size_in_words(whole)} with {samples} samples a pixel; expected at most "
+            f"{size_in_words(SAMPLE_BYTES)}. Save it as grey, with 8 bits a sample, or crop it"
         )

@@ -3,7 +3,7 @@
 import numpy as np
 from PIL import Image
 
-from ploughval.photos.reading.grey import Samples
+from ploughval.photos.reading.grey import ROWS, Samples
 
 
 def samples_of(image: Image.Image) -> Samples:
@@ -14,6 +14,10 @@ def samples_of(image: Image.Image) -> Samples:
         return np.asarray(image).astype(np.uint16)
     if image.mode in ("L", "RGB"):
         return np.asarray(image)
-    if image.mode in ("1", "LA", "La"):
-        return np.asarray(image.convert("LA"))[..., 0]
-    return np.asarray(image.convert("RGBA"))[..., :3]
+    mode, samples = ("LA", 1) if image.mode in ("1", "LA", "La") else ("RGBA", 3)
+    width, height = image.size
+    found = np.empty((height, width, samples), np.uint8)
+    for top in range(0, height, ROWS):  # a large picture is not held in both modes
+        part = image.crop((0, top, width, min(top + ROWS, height)))
+        found[top : top + ROWS] = np.asarray(part.convert(mode))[..., :samples]
+    return found[..., 0] if samples == 1 else found

@@ -14,7 +14,8 @@ from ploughval.errors import DataError
 from ploughval.limits import PICTURE_BYTES, PICTURES, read_limited
 from ploughval.photos.reading.exif import ORIENTATION, tags_of_tiff
 from ploughval.photos.reading.grey import Samples
-from ploughval.photos.reading.header import Header, refuse_large_shape
+from ploughval.photos.reading.header import Header, refuse_large_shape, refuse_samples
+from ploughval.photos.reading.pillow import samples_of
 from ploughval.photos.reading.tiff_segments import UNPACKED, assemble
 
 MAGIC = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -80,6 +81,7 @@ def _refuse(page: Any, size: int) -> None:
         raise ValueError("image file is truncated")
     _refuse_samples(page)
     bits = page.bitspersample
+    refuse_samples(*_size(page), int(page.samplesperpixel), 2 if bits > 8 else 1)
     if page.axes not in ("YX", "YXS", "SYX") or page.samplesperpixel > _SAMPLES:
         raise ValueError(f"axes {page.axes} of {page.samplesperpixel} samples a pixel; expected one plane")
     if page.photometric not in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _CMYK, _YCBCR):
@@ -125,6 +127,4 @@ def _by_pillow(path: Path, page: int, tif: Any) -> Samples:
         struct.pack_into(tif.parent.byteorder + "H", data, tag.valueoffset, 1)
     with Image.open(io.BytesIO(bytes(data))) as image:
         image.seek(page)
-        if image.mode == "L":
-            return np.asarray(image)
-        return np.asarray(image.convert("RGBA"))[..., :3]
+        return samples_of(image)
