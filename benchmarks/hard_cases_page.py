@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from hard_cases import Canvas, Fate, Outcome, Part
 from light_png import save_light
+from light_svg import light
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile, value_cell
 from ploughval.report.figures.style import INK, MEASURED, MODEL, MUTED, styled
 from ploughval.report.page import render
@@ -86,6 +87,7 @@ def write_page(
         chapters=chapters,
         version="",
     )
+    page = light(page)
     for key in tables:
         if key not in done:
             page = kept(page, before, key)
