@@ -1,6 +1,7 @@
 """Whether an error says that memory has run out, whatever library raised it, and what is said of it then."""
 
 import errno
+import mmap
 
 REMEDY = (
     "Give it fewer --workers, end other programs, crop the photographs or widen [piv] spacing_px, or take a "
@@ -28,6 +29,23 @@ def is_short_of_memory(error: BaseException | None) -> bool:
     if isinstance(error, OSError | RuntimeError | ImportError) and any(text in said for text in _TOLD):
         return True
     return is_short_of_memory(error.__cause__)
+
+
+def raise_shortage(error: BaseException, needed_bytes: int) -> None:
+    """Raise MemoryError where a reader lacked memory that a sound file may need.
+
+    A damaged file can ask for any amount: where what a sound one needs is still there, the file is at fault.
+    """
+    if is_short_of_memory(error) and not _has_room(needed_bytes):
+        raise MemoryError(*error.args) from error
+
+
+def _has_room(size_bytes: int) -> bool:
+    try:
+        mmap.mmap(-1, size_bytes).close()  # none of it is touched
+    except (OSError, ValueError, OverflowError):
+        return False
+    return True
 
 
 def shortage(error: BaseException) -> str:

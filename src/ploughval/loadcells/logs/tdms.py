@@ -14,6 +14,7 @@ from ploughval.limits import LOG_BYTES, refuse_large
 from ploughval.loadcells.logs.names import VALUE_COLUMNS, Wanted, column_unit, find_places, matches
 from ploughval.loadcells.logs.raw import RawLog
 from ploughval.loadcells.logs.rows import FileRows
+from ploughval.memory import raise_shortage
 
 _NOT_SET = np.datetime64("1904-01-02")  # TDMS counts from 1904-01-01: a start before this was never set
 
@@ -97,6 +98,7 @@ def _channels(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise DataError(f"cannot be read: {error.strerror or error}", path=path) from None
     except Exception as error:  # a spoiled binary file can raise anything within that package
+        raise_shortage(error, LOG_BYTES)
         raise DataError(f"cannot be read as TDMS: {type(error).__name__} {error}", path=path) from None
     every = [channel for group in groups for channel in group.channels()]
     count = Counter(channel.name for channel in every)
@@ -108,6 +110,7 @@ def _samples(channel: Any, path: Path) -> pd.Series:
     try:
         return pd.Series(np.asarray(channel[:]))
     except Exception as error:  # scaling and data types are read only now
+        raise_shortage(error, LOG_BYTES)
         raise DataError(f"channel {channel.name!r} cannot be read: {error}", path=path) from None
 
 

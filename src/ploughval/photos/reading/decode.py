@@ -17,12 +17,15 @@ from PIL import Image, UnidentifiedImageError
 
 from ploughval.errors import DataError
 from ploughval.limits import PICTURE_BYTES, PICTURE_PIXELS, PICTURES, read_limited
+from ploughval.memory import raise_shortage
 from ploughval.photos.reading import gif, raw, tiff, video
 from ploughval.photos.reading.exif import PNG_MAGIC, load_png, read_tags
 from ploughval.photos.reading.grey import Channel, Samples, to_grey
 from ploughval.photos.reading.header import Header, refuse_large_shape, refuse_samples
 from ploughval.photos.reading.pillow import samples_of
 
+DECODING_BYTES = 8 * PICTURE_PIXELS
+"""What the largest picture may need while it is decoded."""
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
 ENDINGS |= video.ENDINGS | {".jp2", ".webp"}
 _JPEG_MAGIC = b"\xff\xd8\xff"
@@ -118,6 +121,7 @@ def naming_faults(path: Path, action: str) -> Iterator[None]:
             path=path,
         ) from None
     except _BROKEN as error:
+        raise_shortage(error, DECODING_BYTES)
         raise DataError(f"cannot be {action}: {error or type(error).__name__}", path=path) from error
 
 
