@@ -120,6 +120,7 @@ class Reference:
     planes, sand : of that part
     position : (N, 2) float, px in the whole picture
     std : (N,) float, px
+    slopes : filter of the slopes
     """
 
     frame: int
@@ -129,6 +130,7 @@ class Reference:
     sand: NDArray[np.uint8]
     position: Floats
     std: Floats
+    slopes: SlopeFilter
 
     @classmethod
     def held(cls, frame: int, picture: Picture, position: Floats, std: Floats, recipe: Recipe) -> "Reference":
@@ -136,11 +138,11 @@ class Reference:
         box = Box.about(position, recipe.subset + BORDER_PX, picture.image.shape)
         planes = filtered(plain_planes(picture.image[box.part], recipe.spline), recipe.slopes)
         sand = np.ascontiguousarray(picture.sand[box.part])
-        return cls(frame, picture, box, planes, sand, position.copy(), std.copy())
+        return cls(frame, picture, box, planes, sand, position.copy(), std.copy(), recipe.slopes)
 
     def refiltered(self, slopes: SlopeFilter) -> "Reference":
         """The same with other slopes; ``self`` has plain ones."""
-        return replace(self, planes=filtered(self.planes, slopes))
+        return replace(self, planes=filtered(self.planes, slopes), slopes=slopes)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,8 @@
 """The pictures that points of a series are matched against: frame 0 as long as it will do."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,25 @@ class References:
         self.noise, self._judged = Noise(), False
         self._workers, self._zncc_min = workers, zncc_min
         self._usual = 0.0  # correlation in the last picture
+
+    def snapshot(self) -> dict[str, Any]:
+        """What was learned so far, without the pictures."""
+        return {
+            "slopes": self.recipe.slopes,
+            "noise": self.noise,
+            "judged": self._judged,
+            "usual": self._usual,
+            "held": {f: (held.position, held.std, held.slopes) for f, held in self.held.items()},
+        }
+
+    def restore(self, taken: Mapping[str, Any], pictures: Mapping[int, Picture]) -> None:
+        """Go on from a snapshot, with the pictures of the frames that are held."""
+        self.held = {}
+        for frame, (position, std, slopes) in taken["held"].items():
+            recipe = replace(self.recipe, slopes=slopes)
+            self.held[frame] = Reference.held(frame, pictures[frame], position, std, recipe)
+        self.recipe = replace(self.recipe, slopes=taken["slopes"])
+        self.noise, self._judged, self._usual = taken["noise"], taken["judged"], taken["usual"]
 
     @property
     def margin_px(self) -> float:

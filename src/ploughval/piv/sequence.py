@@ -1,9 +1,15 @@
 """Material points tracked through a series; the reference is renewed only where correlation demands it."""
 
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ploughval.axes import Status
+from ploughval.changing import packed, unpacked
 from ploughval.errors import CorrelationError
 from ploughval.piv.attempts import Attempts
 from ploughval.piv.correlate import check_images, check_points, make_recipe
@@ -23,6 +29,7 @@ LEAST_FOLLOWED = 0.5
 """A picture in which a smaller share of the points is found is of no use: nothing is learned from it."""
 LEAST_JUDGED = 8
 """Points from which a picture is judged so."""
+_PICTURES = ("grey", "sand")
 
 
 class Tracker:
@@ -80,9 +87,51 @@ class Tracker:
         )
 
     @property
+    def started(self) -> bool:
+        """Whether it has points."""
+        return self._state is not None
+
+    @property
     def reference_frames(self) -> tuple[int, ...]:
         """Frames that are held as references, in order."""
         return tuple(sorted(self._references.held))
+
+    def snapshot(self) -> dict[str, Any]:
+        """What was learned so far, without the pictures: for :meth:`restore`."""
+        state, held = self._started(), self._references.held
+        sands = {state.used: state.sand} | {frame: held[frame].picture.sand for frame in held}
+        return {
+            "frame": self._frame,
+            "state": {
+                f.name: deepcopy(getattr(state, f.name)) for f in fields(State) if f.name not in _PICTURES
+            },
+            "references": self._references.snapshot(),
+            "sands": {frame: packed(sand) for frame, sand in sands.items()},
+        }
+
+    def restore(self, taken: Mapping[str, Any], read: Callable[[int], NDArray[np.generic]]) -> None:
+        """Go on from a snapshot of a tracker with the same settings; its arrays become this tracker's own.
+
+        Parameters
+        ----------
+        taken : mapping
+            From :meth:`snapshot`.
+        read : callable
+            Gives the picture (H, W) of a frame, counted from the first one of the tracker.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            When it is not such a snapshot.
+        """
+        pictures = {}
+        for frame, sand in taken["sands"].items():
+            image = read(frame)
+            pictures[frame] = Picture.taken(image, unpacked(sand, image.shape))
+        last = pictures[taken["state"]["used"]]
+        self._references.restore(taken["references"], pictures)
+        self._state = State(**taken["state"], sand=last.sand, grey=last.grey)
+        self._frame = taken["frame"]
 
     def skip(self) -> FramePoints:
         """Pass over a frame that could not be read: every point is FRAME_MISSING."""
@@ -190,7 +239,7 @@ class Tracker:
         ending = bad[(state.failures[bad] > RETRIES) & np.isin(fit.status[bad], ENDS)]
         state.ended[ending] = fit.status[ending]
         state.missed = state.unused = 0
-        state.grey, state.sand = picture.grey, picture.sand
+        state.grey, state.sand, state.used = picture.grey, picture.sand, self._frame
         self._references.renew_worn(self._frame, picture, fit, state, (ok, position, std))
 
     def _of_no_use(self, fit: Fit, alive: Index) -> bool:

@@ -50,4 +50,5 @@ class State:
     unused: int = 0  # pictures of no use since then
     camera: CameraMovement = UNMOVED  # since the first picture
     camera_before: CameraMovement = UNMOVED  # the same in the last one of use
+    used: int = 0  # frame of the last picture of use, whose `grey` and `sand` these are
     grey: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1), np.uint8))

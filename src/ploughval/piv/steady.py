@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Status
+from ploughval.changing import Changing
 from ploughval.piv.guess import to_8bit
 from ploughval.piv.interpolate import TAIL, Planes, plain_planes, spline_coefficients
 from ploughval.piv.movement import CameraMovement
@@ -31,7 +32,7 @@ KNOCK_PX = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class _Seen:
+class SandSeen:
     """Movement (2,) px of the patches since the first photograph, its std, turn and correlation."""
 
     moved_px: Floats
@@ -40,10 +41,10 @@ class _Seen:
     zncc: float
 
 
-_UNTOLD = _Seen(np.full(2, np.nan), np.nan, np.nan, np.nan)
+_UNTOLD = SandSeen(np.full(2, np.nan), np.nan, np.nan, np.nan)
 
 
-class CameraWatch:
+class CameraWatch(Changing):
     """Finds how the camera moved since the first photograph.
 
     Parameters
@@ -54,12 +55,14 @@ class CameraWatch:
         Where sand will stay at rest.
     """
 
+    CHANGES = ("_last", "_knocked")
+
     def __init__(self, image: NDArray[np.generic], still: NDArray[np.bool_]) -> None:
         side, self._places = _patches(still)
         self._recipe = Recipe(side, 0, 5)
         self._first = to_8bit(image)
         self._planes = self._cut_planes(image)
-        self._last, self._knocked = np.zeros(2), _Seen(np.zeros(2), 0.0, 0.0, 1.0)
+        self._last, self._knocked = np.zeros(2), SandSeen(np.zeros(2), 0.0, 0.0, 1.0)
 
     @property
     def patches(self) -> int:
@@ -95,7 +98,7 @@ class CameraWatch:
             tile[:] = image[np.ix_(rows, columns)]
         return tiles.reshape(-1, steps.size)
 
-    def _measured(self, image: NDArray[np.generic], guess: Floats) -> _Seen:
+    def _measured(self, image: NDArray[np.generic], guess: Floats) -> SandSeen:
         """The movement by matching every patch, from whole pixels."""
         mosaic = self._mosaic(image, guess)
         mask = np.ones(mosaic.shape, np.uint8)
@@ -148,7 +151,7 @@ def _mirrored(index: NDArray[np.int64], size: int) -> NDArray[np.int64]:
     return np.clip(np.where(index >= size, 2 * (size - 1) - index, index), 0, size - 1)
 
 
-def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> _Seen:
+def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> SandSeen:
     """Movement that most patches agree on: a shift and a small turn about their middle, least squares."""
     good = np.flatnonzero((fit.status == Status.OK) & (fit.zncc > LEAST_ZNCC))
     zncc = float(np.median(fit.zncc)) if len(fit.zncc) else np.nan
@@ -166,7 +169,7 @@ def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> _Seen:
     if kept.sum() < max(LEAST_TILES, LEAST_SHARE * len(places)):
         return replace(_UNTOLD, zncc=zncc)
     std = float(np.sqrt(np.mean(rest[kept] ** 2) / kept.sum()))
-    return _Seen(model[:2], std, float(np.degrees(model[2])), zncc)
+    return SandSeen(model[:2], std, float(np.degrees(model[2])), zncc)
 
 
 def _turned_shift(arm: Floats, moved: Floats) -> Floats:

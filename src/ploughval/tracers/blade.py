@@ -9,6 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from ploughval.changing import Changing
 from ploughval.scene import Blade
 from ploughval.tracers.light import Lighting, densest_half
 from ploughval.tracers.view import Cut, Floats, View
@@ -39,7 +40,7 @@ class BladeSight:
     std_px: float
 
 
-class BladeFinder:
+class BladeFinder(Changing):
     """Finds the blade's face, frame after frame, from what the blade looks like at rest.
 
     Parameters
@@ -49,6 +50,8 @@ class BladeFinder:
     image : (h, w) uint8 or uint16, the first frame on the grid: the face stands at x = 0
     light : (w,) float, how bright each column is at rest, relative to the others; None: alike
     """
+
+    CHANGES = ("_before", "_last", "_step", "_missed", "_alike")
 
     def __init__(self, view: View, blade: Blade, image: Cut, light: Floats | None = None) -> None:
         width = image.shape[1]

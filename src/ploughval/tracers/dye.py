@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.spatial import cKDTree
 
+from ploughval.changing import Changing
 from ploughval.scene import Tracers
 from ploughval.tracers.appearance import Appearance
 from ploughval.tracers.dye_kernel import MOST_RUNS, Ints, chains, dyed_runs, names
@@ -74,7 +75,7 @@ class _Runs:
     grey: Floats
 
 
-class DyeFollower:
+class DyeFollower(Changing):
     """Follows the dyed layers of a test from photograph to photograph.
 
     The dye may be darker or paler than the sand: the sign is read in the first photograph.
@@ -87,6 +88,8 @@ class DyeFollower:
     look : what the sand looks like at rest
     rest : (w,) rows of each layer in the first frame, by its height; None: level
     """
+
+    CHANGES = ("_face", "_memory", "_strip", "_slope")
 
     def __init__(
         self,

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ploughval.changing import Changing
 from ploughval.tracers.dye_kernel import Ints
 from ploughval.tracers.view import Floats, Mask
 
@@ -23,7 +24,7 @@ class Motion:
     up: float
 
 
-class Memory:
+class Memory(Changing):
     """One layer's rows in every sampled column, for each of its pieces that lie above each other.
 
     Parameters
@@ -35,6 +36,8 @@ class Memory:
     step : int
         Columns between two samples.
     """
+
+    CHANGES = ("_low", "_high")
 
     def __init__(self, row: Floats, thickness: float, step: int) -> None:
         self._low = np.full((_BRANCHES, len(row)), np.nan)

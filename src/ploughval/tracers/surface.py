@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
+from ploughval.changing import Changing
 from ploughval.tracers.appearance import Appearance, Band
 from ploughval.tracers.light import Lighting
 from ploughval.tracers.straight import straightened
@@ -81,7 +82,7 @@ class Usual:
         return float(np.hypot(self.noise, _FLAT * np.sqrt((sharp * self.least) ** 2 - self.noise**2)))
 
 
-class SurfaceFinder:
+class SurfaceFinder(Changing):
     """Finds the free surface, frame after frame, near where it stood and as far as the blade can move it.
 
     Parameters
@@ -89,6 +90,8 @@ class SurfaceFinder:
     appearance : what sand and air look like at rest
     depth_px : of the blade's tip under the surface at rest
     """
+
+    CHANGES = ("_top", "_missed", "_usual")
 
     def __init__(self, appearance: Appearance, depth_px: float) -> None:
         self._look = appearance

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.axes import Region
+from ploughval.changing import Changing
 from ploughval.errors import DataError
 from ploughval.scene import Scene, Step
 from ploughval.tracers.appearance import Appearance
@@ -74,8 +75,11 @@ class Sight:
         return np.asarray(self.regions == Region.SAND)
 
 
-class Watcher:
+class Watcher(Changing):
     """Sees each readable photograph once, in order; the first one shows the test at rest.
+
+    A snapshot holds what :meth:`look` learns; what :meth:`follow_dyed` learns has ``dye`` for itself, since
+    photographs are looked at before the layers of earlier ones are followed.
 
     Parameters
     ----------
@@ -85,12 +89,19 @@ class Watcher:
         ``to_mm``, ``to_px`` and ``mm_per_px``.
     """
 
+    CHANGES = ("_face", "_blade", "_surface")
+
     def __init__(self, scene: Scene, calibration: Mapping) -> None:
         self._scene, self._calibration = scene, calibration
         self._view: View | None = None
         self._shape: tuple[int, ...] = ()
         self._face = np.nan
         self._dye: DyeFollower | None = None
+
+    @property
+    def dye(self) -> DyeFollower | None:
+        """What follows the dyed layers; None before the first photograph, or without such layers."""
+        return self._dye
 
     def see(
         self,

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ploughval.changing import Changing
 from ploughval.photos.markers.find import NOISY, PATCHY, UNLIKE_CONTRAST, MarkerFits, find_markers
 from ploughval.photos.markers.fit import RimFit, Shape, fit_rim, freed_of_glare
 from ploughval.photos.markers.motion import LEAST, Similarity, fit_similarity
@@ -20,7 +21,7 @@ FAR = 0.5
 """A fit that ends farther from where it was expected, in radii, is of something else."""
 
 
-class MarkerWatch:
+class MarkerWatch(Changing):
     """Follows fixed markers from the first photograph on.
 
     Parameters
@@ -39,6 +40,8 @@ class MarkerWatch:
     first : MarkerFits
         The markers in the first photograph.
     """
+
+    CHANGES = ("_fits", "_last", "_last_sand")
 
     def __init__(
         self,
