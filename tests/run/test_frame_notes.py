@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ploughval.piv import CameraMovement
-from ploughval.run.frame_notes import FrameNotes
+from ploughval.run.frame_notes import FrameNotes, texts_of
 from ploughval.tracers import Sight
 
 
@@ -18,10 +18,11 @@ def movement(shift=(0.0, 0.0), *, drift=(0.0, 0.0), turn=0.0, zncc=0.97):
 
 def notes_of(movements, blades=None, doubled=()):
     notes = FrameNotes(0.1, (900, 1200))
+    noted = []
     for frame, camera in enumerate(movements):
         blade = float(frame) if blades is None else blades[frame]
-        notes.add(frame, sight(blade), camera, doubled=frame in doubled)
-    return notes.texts()
+        noted.append(notes.add(frame, sight(blade), camera, doubled=frame in doubled))
+    return texts_of(noted)
 
 
 def test_series_without_events_has_no_notes():

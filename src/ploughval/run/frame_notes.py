@@ -1,9 +1,12 @@
 """What is wrong with single photographs: camera knocked, picture poor, doubled or out of order."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from ploughval.changing import Changing
 from ploughval.piv import CameraMovement
 from ploughval.tracers import Sight
 
@@ -17,8 +20,29 @@ BACK_PX = 1.0
 """A blade that goes back by more than this says that frames are out of order."""
 
 
-class FrameNotes:
-    """Gathers notes frame by frame, in order of time.
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """What is told of one photograph that was looked at.
+
+    Attributes
+    ----------
+    frame : int
+    texts : tuple of str
+        Notes that stand by themselves.
+    still : float
+        Correlation of its still sand with the first photograph's; NaN: not known.
+    missing : tuple of str
+        What is wrong with fixed markers.
+    """
+
+    frame: int
+    texts: tuple[str, ...]
+    still: float
+    missing: tuple[str, ...]
+
+
+class FrameNotes(Changing):
+    """Notes frame by frame, in order of time.
 
     Parameters
     ----------
@@ -27,32 +51,24 @@ class FrameNotes:
     shape : (H, W), px
     """
 
+    CHANGES = ("_shift", "_step", "_drift_px", "_turn_px", "_blade_mm", "_by_markers")
+
     def __init__(self, mm_per_px: float, shape: tuple[int, int]) -> None:
         self._mm_per_px, self._reach_px = mm_per_px, math.hypot(*shape) / 2
-        self._notes: dict[int, list[str]] = {}
-        self._still: dict[int, float] = {}  # correlation of still sand by frame, where it is known
         self._shift, self._step, self._drift_px, self._turn_px = np.zeros(2), np.zeros(2), DRIFT_PX, TURN_PX
         self._blade_mm = -np.inf
-        self._frames: list[int] = []  # that were looked at
-        self._lost: dict[str, list[int]] = {}  # what is wrong with a fixed marker, and the frames of it
         self._by_markers = 0
 
-    def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> None:
-        """Take in what one photograph shows."""
+    def add(self, frame: int, sight: Sight, camera: CameraMovement, *, doubled: bool) -> Noted:
+        """Take in what one photograph shows, for :func:`texts_of` the series."""
         notes = ["the same picture as the frame before"] if doubled else []
         notes += self._camera_moved(camera)
-        self._frames.append(frame)
-        for text in camera.missing:
-            self._lost.setdefault(text, []).append(frame)
-        if np.isfinite(camera.zncc):
-            self._still[frame] = camera.zncc
         back = self._blade_mm - sight.blade_x_mm
         if back > BACK_PX * self._mm_per_px:
             notes.append(f"the blade stands {back:.2g} mm behind an earlier frame: are the times in order?")
         if np.isfinite(sight.blade_x_mm):
             self._blade_mm = max(self._blade_mm, sight.blade_x_mm)
-        if notes:
-            self._notes[frame] = notes
+        return Noted(frame, tuple(notes), float(camera.zncc), camera.missing)
 
     def _camera_moved(self, camera: CameraMovement) -> list[str]:
         if camera.markers or self._by_markers:
@@ -97,22 +113,30 @@ class FrameNotes:
             )
         return notes
 
-    def texts(self) -> dict[int, list[str]]:
-        """Notes of each frame that has some; lost markers and poor pictures from the whole series."""
-        notes = {frame: list(texts) for frame, texts in self._notes.items()}
-        for text, frames in self._lost.items():
-            notes.setdefault(frames[0], []).append(text + self._how_long(frames))
-        usual = float(np.median(list(self._still.values()))) if self._still else np.nan
-        for frame, zncc in self._still.items():
-            if zncc < POOR * usual:
-                text = f"still sand correlates with frame 0 at {zncc:.2f} where {usual:.2f} is usual: "
-                notes.setdefault(frame, []).append(text + "out of focus, over-exposed or covered?")
-        return dict(sorted(notes.items()))
 
-    def _how_long(self, frames: list[int]) -> str:
-        """The rest of a note that would be the same in every one of these frames."""
-        if len(frames) == 1:
-            return ""
-        if self._frames[-len(frames) :] == frames:
-            return ", from here to the end"
-        return f" (in {len(frames)} photographs, the last of them frame {frames[-1]})"
+def texts_of(noted: Sequence[Noted]) -> dict[int, list[str]]:
+    """Notes of each frame that has some; lost markers and poor pictures from the whole series."""
+    notes = {one.frame: list(one.texts) for one in noted if one.texts}
+    seen = [one.frame for one in noted]
+    lost: dict[str, list[int]] = {}
+    for one in noted:
+        for text in one.missing:
+            lost.setdefault(text, []).append(one.frame)
+    for text, frames in lost.items():
+        notes.setdefault(frames[0], []).append(text + _how_long(frames, seen))
+    still = {one.frame: one.still for one in noted if math.isfinite(one.still)}
+    usual = float(np.median(list(still.values()))) if still else math.nan
+    for frame, zncc in still.items():
+        if zncc < POOR * usual:
+            text = f"still sand correlates with frame 0 at {zncc:.2f} where {usual:.2f} is usual: "
+            notes.setdefault(frame, []).append(text + "out of focus, over-exposed or covered?")
+    return dict(sorted(notes.items()))
+
+
+def _how_long(frames: list[int], seen: list[int]) -> str:
+    """The rest of a note that would be the same in every one of these frames."""
+    if len(frames) == 1:
+        return ""
+    if seen[-len(frames) :] == frames:
+        return ", from here to the end"
+    return f" (in {len(frames)} photographs, the last of them frame {frames[-1]})"
