@@ -13,7 +13,7 @@ import xarray as xr
 
 from ploughval import load_scene, process
 from ploughval.photos import calibrate, open_frames
-from ploughval.run.window import watch
+from ploughval.run.walk import watch
 from ploughval.synth import EXAMPLE, load_truth, make_folder
 
 STILL = replace(EXAMPLE, seed=11, frames=10, displacement_mm=12.0, loadcells=False, markers=6, name="marked")
