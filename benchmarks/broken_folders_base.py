@@ -166,9 +166,9 @@ def emptied(name: str) -> Spoil:
     return spoil
 
 
-def closed(name: str) -> Spoil:
-    """A file or folder without permission to read."""
-    return lambda folder: (folder / name).chmod(0)
+def closed(name: str, mode: int = 0) -> Spoil:
+    """A file or folder without permission to read, or with another mode."""
+    return lambda folder: (folder / name).chmod(mode)
 
 
 def renamed(name: str, new: str) -> Spoil:

@@ -217,6 +217,12 @@ def _named_run(folder: Path) -> None:
     removed("empty/run1.csv")(folder)
 
 
+def _no_results(folder: Path) -> None:
+    out = folder.parent.parent / "out"
+    out.mkdir()
+    out.chmod(0o555)
+
+
 def _permissions() -> list[Case]:
     """Seen only by those who are not root."""
     told = ("ermission",)
@@ -228,6 +234,10 @@ def _permissions() -> list[Case]:
         Case("permission: test.toml", closed("test.toml"), (*told, "test.toml")),
         Case("permission: the folder", closed("."), ("test.toml",)),
         Case("permission: the empty runs", closed("empty"), ("loadcells.empty",), (1, 2)),
+        Case("permission: names alone of the photographs", closed("photos", 0o444), ("camera.photos",)),
+        Case("permission: names alone of the folder", closed(".", 0o444), ("test.toml",)),
+        Case("permission: an empty run", closed("empty/run1.csv"), (*told, "run1.csv"), (1,), _MEASURED),
+        Case("permission: the results", _no_results, ("cannot be written", *told)),
     ]
 
 

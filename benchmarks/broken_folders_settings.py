@@ -188,11 +188,10 @@ def _geometry() -> list[Case]:
             ("tip_px", "255 x 73"),
         ),
         Case("geometry: tip at -1e12", setting("camera.tip_px", "[-1e12, 1e12]"), ("tip_px",)),
-        Case("geometry: 1e9 mm a pixel", setting("camera.mm_per_px", "1e9"), ("blade", "mm_per_px"), (1, 2)),
+        *_absurd(),
         Case(
             "geometry: 1e-9 mm a pixel", setting("camera.mm_per_px", "1e-9"), ("blade", "mm_per_px"), (1, 2)
         ),
-        Case("geometry: depth of 1e9 mm", setting("blade.depth_mm", "1e9"), ("surface",), (0, 1)),
         Case("geometry: depth of 1e-9 mm", setting("blade.depth_mm", "1e-9"), ("depth_mm",)),
         Case(
             "geometry: layers above the sand",
@@ -231,6 +230,30 @@ def _geometry() -> list[Case]:
             ("force.csv",),
         ),
         Case("geometry: rate beside times", setting("loadcells.rate_hz", "10.0"), ("rate_hz", "time"), (1,)),
+    ]
+
+
+def _absurd() -> list[Case]:
+    """Numbers that no laboratory has: lengths and scales are refused, with the rest the run ends well."""
+    largest = {
+        "blade.depth_mm": "10000",
+        "blade.width_mm": "10000",
+        "blade.thickness_mm": "10000",
+        "loadcells.spacing_mm": "10000",
+        "loadcells.lower_to_tip_mm": "10000",
+        "box.length_mm": "100000",
+        "camera.mm_per_px": "1000",
+    }
+    refused = [
+        Case(f"absurd: {key} is 1e9", setting(key, "1e9"), ("test.toml", key, f"at most {most}"))
+        for key, most in largest.items()
+    ]
+    borne = [(key, most) for key, most in largest.items() if key != "camera.mm_per_px"]
+    borne += [(key, "1e-9") for key in largest if key not in ("blade.depth_mm", "camera.mm_per_px")]
+    borne += [(key, value) for key in ("blade.speed_mm_s", "soil.surcharge_kPa") for value in ("1e9", "1e-9")]
+    return refused + [
+        Case(f"absurd: {key} is {value}", setting(key, value), (), (0, 1), ("force.csv",), slow=True)
+        for key, value in borne
     ]
 
 

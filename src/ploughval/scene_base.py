@@ -10,6 +10,8 @@ from ploughval.errors import Fault
 # strict: neither text nor true is a number, and no number is text
 Positive = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False, strict=True)]
 NotNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False, strict=True)]
+# ten metres: no blade and no cell of a laboratory is larger
+Length = Annotated[float, Field(gt=0, le=1e4, allow_inf_nan=False, strict=True)]
 Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False, strict=True)]
 Angle = Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False, strict=True)]
 Whole = Annotated[int, Field(strict=True)]

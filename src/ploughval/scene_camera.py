@@ -106,7 +106,9 @@ class Camera(Table):
     every: int = Field(
         1, ge=1, le=100_000, strict=True, description="each Nth picture is used, from the first"
     )
-    mm_per_px: Positive | None = Field(None, description="scale, mm per px, with tip_px and direction")
+    mm_per_px: Annotated[Positive, Field(le=1e3)] | None = Field(
+        None, description="scale, mm per px, with tip_px and direction"
+    )
     mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")
     tip_px: Pixel | None = Field(None, description="blade face at tip level before the blade moves, px")
     travel_px: Pixel | None = Field(

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from ploughval.errors import Fault
-from ploughval.scene_base import Finite, NotNegative, Positive, Table
+from ploughval.scene_base import Finite, Length, NotNegative, Positive, Table
 from ploughval.scene_faults import number
 
 
@@ -74,8 +74,8 @@ class LoadCells(Table):
     empty: tuple[str, ...] = Field(
         (), description="patterns of empty-box runs; none: no friction compensation"
     )
-    spacing_mm: Positive = Field(description="distance between the two cells, mm")
-    lower_to_tip_mm: Positive = Field(description="height of the lower cell above the tip, mm")
+    spacing_mm: Length = Field(description="distance between the two cells, mm")
+    lower_to_tip_mm: Length = Field(description="height of the lower cell above the tip, mm")
     spacing_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the spacing, mm")
     lower_to_tip_std_mm: NotNegative = Field(0.0, description="standard uncertainty of that height, mm")
     rest_s: tuple[Finite, Finite] | None = Field(None, description="window before motion, s")

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from ploughval.errors import Fault
-from ploughval.scene_base import Angle, Finite, Flag, NotNegative, Pixel, Positive, Table
+from ploughval.scene_base import Angle, Finite, Flag, Length, NotNegative, Pixel, Positive, Table
 from ploughval.scene_faults import number
 
 
@@ -23,9 +23,9 @@ class TestTable(Table):
 class Blade(Table):
     """[blade]: the plough."""
 
-    depth_mm: Positive = Field(description="depth of the tip below the initial surface, mm")
-    width_mm: Positive = Field(description="width out of plane, mm; force_N is for this width")
-    thickness_mm: Positive = Field(5.0, description="thickness in the direction of travel, mm")
+    depth_mm: Length = Field(description="depth of the tip below the initial surface, mm")
+    width_mm: Length = Field(description="width out of plane, mm; force_N is for this width")
+    thickness_mm: Length = Field(5.0, description="thickness in the direction of travel, mm")
     speed_mm_s: Positive | None = Field(None, description="speed of travel, mm/s")
     depth_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the depth, mm")
     inclination_deg: Annotated[Finite, Field(ge=-60, le=60)] = Field(
@@ -36,7 +36,9 @@ class Blade(Table):
 class Box(Table):
     """[box]: the strongbox."""
 
-    length_mm: Positive | None = Field(None, description="inner length along the travel, mm")
+    length_mm: Annotated[Positive, Field(le=1e5)] | None = Field(
+        None, description="inner length along the travel, mm"
+    )
 
 
 class Soil(Table):

@@ -234,12 +234,12 @@ def ticks(low: float, high: float, most: int) -> list[float]:
     >>> ticks(-9.0, 67.0, 4)
     [0.0, 20.0, 40.0, 60.0]
     """
-    for power in range(-3, 6):
+    for power in range(-3, 13):
         for step in (1, 2, 5):
             size = step * 10.0**power
-            places = np.arange(np.ceil(low / size), np.floor(high / size) + 1) * size
-            if len(places) <= most:
-                return [float(round(place, 9)) + 0.0 for place in places]
+            first, last = np.ceil(low / size), np.floor(high / size)
+            if last - first < most:
+                return [float(round(place, 9)) + 0.0 for place in np.arange(first, last + 1) * size]
     return []
 
 
