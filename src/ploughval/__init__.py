@@ -44,17 +44,12 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
     PloughvalError
         When the input is refused.
     """
-    from dataclasses import replace
-    from time import perf_counter
-
-    from ploughval.report import write_report
+    from ploughval.report import write_single
     from ploughval.run import process_folder
     from ploughval.watch import unheard
 
-    start = perf_counter()
-    outcome = process_folder(folder, out=out, **options)
-    page = write_report(outcome.results, progress=options.get("progress", unheard))
-    return replace(outcome, report=page, seconds=perf_counter() - start)
+    heard = options.get("progress", unheard)
+    return process_folder(folder, out=out, page=lambda results: write_single(results, heard), **options)
 
 
 def simulate(

@@ -1,6 +1,7 @@
 """Pages from result folders: one test, or several side by side; one self-contained file each."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
+from ploughval.run.lock import locked
 from ploughval.run.written import write_text
 from ploughval.watch import Progress, one_step, unheard
 
@@ -60,7 +62,7 @@ def write_report(
     Raises
     ------
     DataError
-        No result folder, or a file in it that cannot be read.
+        No result folder, a file in it that cannot be read, or a run at work where the page goes.
     ConfigError
         No folder at all.
     """
@@ -71,13 +73,24 @@ def write_report(
     name = PAGE_NAME if len(tests) == 1 else COMPARISON_NAME
     target = tests[0].folder if out is None else Path(out)
     target = target / name if target.is_dir() or not target.suffix else target
-    if len(tests) == 1:
-        write_text(target, single_page(tests[0], progress))
-        return target
-    with one_step(progress, STAGE):
-        found = find_several(tests)
-        write_text(target, render("test.html.j2", **several_context(found, Pen())))
-        write_numbers(found, target)
+    own = any(target.parent.resolve() == test.folder.resolve() for test in tests)
+    with locked(target.parent) if own else nullcontext():
+        if len(tests) == 1:
+            return _write_page(tests[0], target, progress)
+        with one_step(progress, STAGE):
+            found = find_several(tests)
+            write_text(target, render("test.html.j2", **several_context(found, Pen())))
+            write_numbers(found, target)
+    return target
+
+
+def write_single(results: Path, progress: Progress = unheard) -> Path:
+    """Write the page of one result folder into it, for the run that holds the folder; returns its path."""
+    return _write_page(read_results(results), results / PAGE_NAME, progress)
+
+
+def _write_page(results: Results, target: Path, progress: Progress) -> Path:
+    write_text(target, single_page(results, progress))
     return target
 
 

@@ -16,7 +16,6 @@ from ploughval.scene import Scene
 from ploughval.scene_faults import table_of
 
 SAME_MM = 1e-9
-_STAGES = ("calibration", "force", "photographs", "layers", "bands", "model", "compare")  # as they run
 MISFIT = 3.0  # distances of the noise from a straight line, in their standard uncertainties
 
 
@@ -125,18 +124,11 @@ def _followed(results: Results) -> dict[int, float]:
 
 
 def provenance_chapter(results: Results) -> Chapter | None:
-    """Settings, versions, hashes, timings: folded, for those who repeat the run."""
+    """Settings, versions, hashes: folded, for those who repeat the run."""
     run = results.run
     tables = []
     if run.settings:
         tables.append(_settings(run.settings))
-    if run.timings_s:
-        total = sum(value or 0.0 for value in run.timings_s.values())
-        order = {stage: place for place, stage in enumerate(_STAGES)}
-        steps = sorted(run.timings_s.items(), key=lambda item: order.get(item[0], len(order)))
-        rows = [[Cell(step), _fixed(value, 3)] for step, value in steps]
-        rows.append([Cell("all steps"), _fixed(float(total), 3)])
-        tables.append(Table("Timings", ("Step", "Time, s"), rows, folded=True))
     for caption, pairs, head in (
         ("Versions", run.versions, ("Package", "Version")),
         ("Inputs", run.inputs, ("File", "SHA-256")),

@@ -127,7 +127,7 @@ class LoadCellEntry(_Entry):
 
 
 class RunRecord(_Entry):
-    """run.json: versions, settings, inputs, timings, frames."""
+    """run.json: versions, settings, inputs, frames."""
 
     ploughval: Text = ""
     test: Text = ""
@@ -136,7 +136,6 @@ class RunRecord(_Entry):
     settings_hash: Text = ""
     versions: dict[str, Text] = {}
     inputs: dict[str, Text] = {}
-    timings_s: dict[str, Number] = {}
     steps: tuple[str, ...] = ()
     frames: tuple[FrameEntry, ...] = ()
     calibration: CalibrationEntry | None = None

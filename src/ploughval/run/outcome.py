@@ -21,6 +21,7 @@ class Outcome:
     steps: tuple[str, ...]
     seconds: float
     report: Path | str | None = None
+    reused: tuple[str, ...] = ()  # stages that an earlier run's result stands for
 
     def to_json(self) -> dict[str, Any]:
         """All of it as values that JSON holds."""

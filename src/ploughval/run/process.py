@@ -8,25 +8,31 @@ from typing import TypeVar
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from ploughval import axes
 from ploughval.axes import Status
 from ploughval.compare import Comparison, compare_test, metrics_mapping
 from ploughval.errors import PloughvalError
-from ploughval.loadcells import measure_force
+from ploughval.loadcells import ForceResult, measure_force
 from ploughval.model import History, simulate
 from ploughval.photos import calibrate, open_frames
-from ploughval.run import provenance, store, tables
+from ploughval.run import provenance, tables
 from ploughval.run.clock import frame_displacement
 from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 from ploughval.run.findings import Findings
+from ploughval.run.finish import Page, clear, finish, reused
 from ploughval.run.first_frame import first_frame
+from ploughval.run.lock import locked
 from ploughval.run.outcome import Outcome
 from ploughval.run.photographs import Photographs
-from ploughval.run.results import forget, refuse_inputs, write_results
+from ploughval.run.results import refuse_inputs, write_results
+from ploughval.run.snapshots import from_arrays, to_arrays
+from ploughval.run.stages import BANDS, COMPARE, FORCE, Stage, digest_of, force_key, stage_key
+from ploughval.run.store import Key, Store
 from ploughval.run.window import WindowRecord
 from ploughval.scene import Scene, Step, load_scene
-from ploughval.tracers import area_balance, find_bands, layers_from_tracks
+from ploughval.tracers import BandFindings, area_balance, find_bands, layers_from_tracks
 from ploughval.watch import Progress, one_step, unheard
 
 Value = TypeVar("Value")
@@ -40,8 +46,12 @@ def process_folder(
     workers: int = 1,
     fresh: bool = False,
     progress: Progress = unheard,
+    page: Page | None = None,
 ) -> Outcome:
-    """Process one test folder and write every result file except the report page.
+    """Process one test folder and write every result file; the report page where someone makes it.
+
+    A run holds its result folder for itself. Stages whose inputs, settings and code are those of what an
+    earlier run kept are not run again.
 
     Parameters
     ----------
@@ -55,44 +65,52 @@ def process_folder(
         Start over instead of reusing finished stages.
     progress : callable
         Hears of (stage, done, total): at the beginning of each stage, after each photograph, and at the end.
+    page : callable or None
+        Writes the report page of a result folder and returns its path.
 
     Returns
     -------
     Outcome
-        Where the results are and what was lost.
+        Where the results are, what was lost and what was reused.
 
     Raises
     ------
     PloughvalError
-        When the input is refused: settings, photographs that cannot be opened, calibration.
+        When the input is refused (settings, photographs that cannot be opened, calibration), another run
+        holds the result folder, or nothing can be written there.
     """
     start = time.perf_counter()
     scene = load_scene(folder)
     results = Path(out) if out is not None else scene.folder / "results"
-    run = _Run(scene, store.Store(results, fresh=fresh), workers, progress)
-    refuse_inputs(scene, results, run.found)
-    run.open()
-    forget(results)
-    run.go()
-    with one_step(progress, "results"):
-        write_results(scene, run.found, results)
+    kept = Store(results, fresh=fresh)
+    with locked(results):
+        run = _Run(scene, kept, workers, progress)
+        refuse_inputs(scene, results, run.found)
+        run.open()
+        clear(results, kept)
+        run.go()
+        with one_step(progress, "results"):
+            write_results(scene, run.found, results)
+        report = finish(scene, run.found, kept, page)
     comparison = run.found.comparison
     return Outcome(
         name=scene.test.name,
         results=results,
         complete=run.found.complete,
         faults=tuple(run.found.faults),
-        warnings=tuple(run.found.warnings),
+        warnings=(*run.found.warnings, *kept.refused),
         metrics={} if comparison is None else metrics_mapping(comparison),
         steps=tuple(step.value for step in scene.steps),
         seconds=time.perf_counter() - start,
+        report=report,
+        reused=reused(kept),
     )
 
 
 class _Run:
     """One test on its way through the steps that its scene calls for."""
 
-    def __init__(self, scene: Scene, kept: store.Store, workers: int, progress: Progress) -> None:
+    def __init__(self, scene: Scene, kept: Store, workers: int, progress: Progress) -> None:
         self.scene, self.kept, self.workers, self.progress = scene, kept, workers, progress
         self.found = Findings(input_digests=provenance.input_digests(scene))
 
@@ -106,7 +124,7 @@ class _Run:
     def go(self) -> None:
         steps, found = self.scene.steps, self.found
         if Step.FORCE in steps:
-            found.force = self._attempt(Step.FORCE, lambda: measure_force(self.scene))
+            found.force = self._attempt(Step.FORCE, self._force)
             found.warnings += [] if found.force is None else [f"force: {text}" for text in found.force.faults]
             found.faults += [] if found.force is None else [f"force: {text}" for text in found.force.lost]
         if Step.CALIBRATION in steps:
@@ -222,16 +240,41 @@ class _Run:
             if Step.LAYERS in steps:
                 kept.append(self._attempt(Step.LAYERS, lambda: layers_from_tracks(tracks)))
             if Step.BANDS in steps:
-                found.bands = self._attempt(Step.BANDS, lambda: find_bands(tracks, surface, self.scene))
+                found.bands = self._attempt(Step.BANDS, lambda: self._bands(tracks, surface))
         if Step.DYE in steps:
             kept.append(tables.dyed_table(window, u_mm))
         tables_found = [table for table in kept if table is not None and len(table)]
         if tables_found:
             found.layers = pd.concat(tables_found, ignore_index=True)
 
+    def _force(self) -> ForceResult:
+        key = force_key(self.scene, self.found.input_digests)
+        return self._kept(FORCE, key, lambda: measure_force(self.scene))
+
+    def _bands(self, tracks: xr.Dataset, surface: pd.DataFrame) -> BandFindings:
+        key = stage_key(BANDS, self.scene, tracks=digest_of(tracks), surface=digest_of(surface))
+        return self._kept(BANDS, key, lambda: find_bands(tracks, surface, self.scene))
+
+    def _kept(self, stage: Stage, key: Key, make: Callable[[], Value]) -> Value:
+        """What an earlier run kept under the key, or else what is made now, and kept."""
+        arrays = self.kept.load(stage.name, key)
+        if arrays is not None:
+            try:
+                found: Value = from_arrays(arrays, stage.kinds)
+            except ValueError:
+                self.kept.refuse(stage.name)
+            else:
+                return found
+        value = make()
+        self.kept.save(stage.name, key, to_arrays(value))
+        return value
+
     def _simulate(self) -> History:
-        travel = self.scene.model.displacement_mm or self.found.travel_mm()
-        return simulate(self.scene, displacement_mm=travel)
+        return simulate(self.scene, displacement_mm=self._travel_mm())
+
+    def _travel_mm(self) -> float | None:
+        """Travel of the blade that the model is run to, mm; None: the model's own."""
+        return self.scene.model.displacement_mm or self.found.travel_mm()
 
     def _compare(self) -> Comparison:
         found = self.found
@@ -244,12 +287,14 @@ class _Run:
                 return table if placed else None
             return tables.with_calibration_std(table, found.calibration) if placed else None
 
-        return compare_test(
-            self.scene,
-            found.history,
-            force=found.force_record(),
-            bands=found.band_table() if placed else None,
-            layers=places(found.layers),
-            surface=places(found.surface),
-            increments=None if found.bands is None else found.bands.increments,
-        )
+        measured = {
+            "force": found.force_record(),
+            "bands": found.band_table() if placed else None,
+            "layers": places(found.layers),
+            "surface": places(found.surface),
+            "increments": None if found.bands is None else found.bands.increments,
+        }
+        digests = {name: digest_of(table) for name, table in measured.items()}
+        key = stage_key(COMPARE, self.scene, travel=repr(self._travel_mm()), **digests)
+        history = found.history
+        return self._kept(COMPARE, key, lambda: compare_test(self.scene, history, **measured))

@@ -2,19 +2,30 @@
 
 import hashlib
 import platform
-from functools import lru_cache
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from ploughval.scene import Scene
 
+DRAWING = ("matplotlib", "jinja2")
 PACKAGES = ("numpy", "scipy", "opencv-python-headless", "pandas", "xarray", "numba", "pillow", "scikit-image")
 
 
 def versions() -> dict[str, str]:
     """Versions of ploughval, Python and of the packages that touch numbers."""
-    found = {"ploughval": ploughval_version(), "python": platform.python_version()}
-    for name in PACKAGES:
+    return {"ploughval": ploughval_version(), "python": platform.python_version()} | _versions(PACKAGES)
+
+
+def drawing_versions() -> dict[str, str]:
+    """Versions of the packages that draw and lay out pages."""
+    return _versions(DRAWING)
+
+
+@cache
+def _versions(packages: tuple[str, ...]) -> dict[str, str]:
+    found = {}
+    for name in packages:
         try:
             found[name] = version(name)
         except PackageNotFoundError:
@@ -30,14 +41,34 @@ def ploughval_version() -> str:
         return "unknown"
 
 
-@lru_cache(maxsize=1)
-def code_digest() -> str:
-    """SHA-256 over ploughval's own source files: a stage's result is only reused by the same code."""
+@cache
+def code_digest(*rooms: str) -> str:
+    """SHA-256 over ploughval's own files: a stage's result is only reused by the same code.
+
+    Parameters
+    ----------
+    *rooms : str
+        Packages and modules, such as ``piv`` and ``run.window``; none: all there is, templates too.
+    """
     root = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
+    for path in sorted({path for room in rooms or ("",) for path in _code(root, room)}):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
+
+
+def _code(root: Path, room: str) -> list[Path]:
+    """Files of a room: of a package all, what Python compiled left out, or a module's one.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no such room.
+    """
+    place = root.joinpath(*room.split("."))
+    if not place.is_dir():
+        return [place.with_name(f"{place.name}.py")]
+    return [path for path in place.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
 
 
 def file_digest(path: Path) -> str:
@@ -51,15 +82,21 @@ def file_digest(path: Path) -> str:
 
 def input_digests(scene: Scene) -> dict[str, str]:
     """SHA-256 of every file that the scene names, by its path relative to the test folder."""
-    cells = scene.loadcells
-    logs = [] if cells is None else [*cells.log_patterns, *cells.empty, *cells.calibration.patterns]
-    files = _files(scene, [scene.source.name, *_window_patterns(scene), *logs])
-    return {name: file_digest(scene.folder / name) for name in files}
+    files = [*_files(scene, [scene.source.name]), *window_files(scene), *log_files(scene)]
+    return {name: file_digest(scene.folder / name) for name in sorted(set(files))}
 
 
 def window_files(scene: Scene) -> list[str]:
     """The files that the walk through the photographs depends on, relative to the test folder."""
     return _files(scene, _window_patterns(scene))
+
+
+def log_files(scene: Scene) -> list[str]:
+    """The files that the force depends on, relative to the test folder."""
+    cells = scene.loadcells
+    if cells is None:
+        return []
+    return _files(scene, [*cells.log_patterns, *cells.empty, *cells.calibration.patterns])
 
 
 def _window_patterns(scene: Scene) -> list[str]:

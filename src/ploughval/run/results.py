@@ -1,4 +1,4 @@
-"""The files of a result folder, written aside and renamed; run.json comes last."""
+"""The files of a result folder, written aside and renamed."""
 
 import io
 from contextlib import suppress
@@ -66,12 +66,12 @@ FILES = (
 
 
 def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
-    """Write every file that the findings call for and remove those of an earlier run that they do not.
+    """Write every file but run.json that the findings call for; remove those of an earlier run.
 
     Returns
     -------
     list of Path
-        The files written, run.json last.
+        The files written.
 
     Raises
     ------
@@ -87,7 +87,6 @@ def write_results(scene: Scene, found: Findings, folder: Path) -> list[Path]:
     _write_comparison(scene, writer, found)
     practice = good_practice(scene, found)
     writer.csv("good_practice.csv", practice if len(practice) else None, axes.PRACTICE_COLUMNS)
-    writer.json("run.json", run_record(scene, found))
     _remove_stale(folder, writer.written)
     return writer.written
 

@@ -10,8 +10,9 @@ from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import ForceResult, measure_force
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
+from ploughval.run.lock import locked
 from ploughval.run.written import write_csv, write_json
-from ploughval.scene import load_scene
+from ploughval.scene import Scene, load_scene
 from ploughval.watch import Progress, unheard
 
 UNCOMPENSATED = (
@@ -57,7 +58,7 @@ def fit_folder(
     ConfigError
         When the scene has no load cells or no soil to start from, or a parameter cannot be fitted.
     DataError
-        When the log holds no motion.
+        When the log holds no motion, or a run is at work in the result folder.
     MissingExtraError
         Samples are wanted and emcee is not installed.
     """
@@ -84,11 +85,17 @@ def fit_folder(
     if measured.friction is None:
         fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
     path = results / "fit.json"
+    with locked(results):
+        _write_fit(scene, fitted, path)
+    return fitted, path
+
+
+def _write_fit(scene: Scene, fitted: SoilFit, path: Path) -> None:
+    results = path.parent
     write_json(path, {"test": scene.test.name, **fitted.to_json()})
     write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
     write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
     write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
-    return fitted, path
 
 
 def shared_errors(curve: Curve, measured: ForceResult) -> SharedErrors:
