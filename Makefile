@@ -4,12 +4,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check bench example-report format clean help
+.PHONY: demo test check licences audit bench example-report format clean help
 
 help:
 	@echo "make demo    make the environment, process the example test folder, print where the report is"
 	@echo "make test    make the environment, run the tests"
 	@echo "make check   format, lint, types, imports, then the tests"
+	@echo "make licences   print the licence of every package that is needed at run time"
+	@echo "make audit   look those packages up in the lists of known vulnerabilities"
 	@echo "make example-report    write reports/example anew"
 	@echo "make bench   measure speed against error into reports/speed-error/"
 
@@ -31,6 +33,12 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(MAKE) test
+
+licences: $(READY)
+	$(BIN)/python .ci/licences
+
+audit: $(READY)
+	$(BIN)/python .ci/audit
 
 example-report: $(READY)
 	$(BIN)/ploughval process data/example --out build/example-report --fresh

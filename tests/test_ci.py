@@ -1,0 +1,80 @@
+"""The scripts of CI that look at dependencies: what they let pass, what they stop, what was not done."""
+
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parents[1] / ".ci"
+HOLE = {"id": "PYSEC-2026-1", "fix_versions": ["2.0"]}
+SKIPPED = {"name": "b", "skip_reason": "not found"}
+
+
+def loaded(name, monkeypatch):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    loader = SourceFileLoader(f"ci_{name}", str(FOLDER / name))
+    module = module_from_spec(spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    monkeypatch.setattr("sys.argv", [name])
+    return module
+
+
+@pytest.fixture
+def licences(monkeypatch):
+    return loaded("licences", monkeypatch)
+
+
+@pytest.fixture
+def audit(monkeypatch):
+    return loaded("audit", monkeypatch)
+
+
+def test_every_licence_at_run_time_is_printed_and_none_is_a_gpl(licences, capsys):
+    assert licences.main() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert {"numpy", "scipy", "pydantic-core"} <= {line.split()[0] for line in lines if line}
+    assert "ploughval" not in {line.split()[0] for line in lines if line}
+
+
+@pytest.mark.parametrize(
+    "said", ["GPL-3.0-only", "GNU Affero General Public License v3", "LGPL-2.1", "unknown"]
+)
+def test_a_licence_that_is_unknown_or_a_gpl_stops_unless_it_is_listed(licences, monkeypatch, capsys, said):
+    monkeypatch.setattr(licences, "licence", lambda package: said if package.name == "numpy" else "MIT")
+    assert licences.main() == 1
+    assert f"numpy: {said} licence; replace it, or list it with a reason" in capsys.readouterr().out
+    monkeypatch.setattr(licences, "allowed", lambda: {"numpy": "for a reason"})
+    assert licences.main() == 0
+
+
+def test_a_vulnerability_stops(audit, monkeypatch, capsys):
+    monkeypatch.setattr(audit, "audited", lambda: [{"name": "a", "version": "1.0", "vulns": [HOLE]}, SKIPPED])
+    assert audit.main() == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "a 1.0: PYSEC-2026-1; mended in: 2.0",
+        "audit: 1 packages, 1 findings; not to be had: b",
+    ]
+
+
+def test_an_audit_that_could_look_nothing_up_says_that_it_was_not_done(audit, monkeypatch, capsys):
+    monkeypatch.setattr(audit, "audited", lambda: [SKIPPED, SKIPPED])
+    assert audit.main() == 0
+    assert "NOT DONE: none of 2 packages" in capsys.readouterr().out
+
+
+def test_an_audit_without_its_tool_says_that_it_was_not_done(audit, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(audit, "TOOL", tmp_path / "pip-audit")
+    monkeypatch.setattr(audit, "run", lambda *command: "no index")
+    assert audit.main() == 0
+    assert "NOT DONE: pip-audit could not be installed: no index" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("name", "known"), [("licences", {"nptdms"}), ("audit", [])])
+def test_what_is_let_pass_has_a_reason(name, known, monkeypatch, tmp_path):
+    module = loaded(name, monkeypatch)
+    assert set(module.allowed()) == set(known)
+    monkeypatch.setattr(module, "ALLOWED", tmp_path / "allowed.txt")
+    module.ALLOWED.write_text("numpy\n")
+    with pytest.raises(SystemExit, match="has no reason"):
+        module.allowed()
