@@ -1,0 +1,62 @@
+"""About how much memory a test takes, told before it is processed from the size of what it reads."""
+
+import warnings
+from pathlib import Path
+
+from ploughval.errors import PloughvalError
+from ploughval.limits import PICTURE_PIXELS
+from ploughval.run.urls import is_url
+from ploughval.scene import Scene, load_scene
+
+BASE_BYTES = 450_000_000
+"""What a test without photographs takes with a short log: the libraries and the report."""
+BYTES_A_PIXEL = 80
+"""Of one photograph."""
+BYTES_A_LOG_BYTE = 8
+VIDEO_PIXELS = 8_300_000
+"""A picture of a film whose size is not looked up."""
+
+
+def needed_bytes(folder: str) -> int:
+    """About the most memory that processing a test takes; one whose settings are refused reads nothing.
+
+    Parameters
+    ----------
+    folder : str
+        A test folder; for a URL nothing is looked up.
+    """
+    try:
+        scene = None if is_url(folder) else load_scene(folder)
+    except PloughvalError:
+        scene = None
+    if scene is None:
+        return BASE_BYTES
+    return BASE_BYTES + BYTES_A_PIXEL * _pixels(scene) + BYTES_A_LOG_BYTE * _log_bytes(scene)
+
+
+def _log_bytes(scene: Scene) -> int:
+    cells = scene.loadcells
+    patterns = [] if cells is None else cells.log_patterns
+    return sum(path.stat().st_size for pattern in patterns for path in scene.matches(pattern))
+
+
+def _pixels(scene: Scene) -> int:
+    """Pixels of the first photograph by its header; by its bytes where the header is of no known kind."""
+    if scene.camera is None:
+        return 0
+    path = next(iter(scene.matches(scene.camera.photos)), None)
+    if path is None:
+        return 0
+    if scene.camera.times == "video":
+        return VIDEO_PIXELS
+    return _by_header(path) or min(path.stat().st_size, PICTURE_PIXELS)
+
+
+def _by_header(path: Path) -> int:
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings(action="ignore"), Image.open(path) as picture:
+            return picture.width * picture.height
+    except Exception:  # whatever a broken header does, the test itself will say so
+        return 0
