@@ -118,8 +118,16 @@ def test_a_stage_that_begins_again_is_shown_again():
 
 
 def test_stages_of_several_tests_say_whose_they_are_in_one_printable_line():
-    said = walked(Lines, 1, seconds_each=lambda _: 0.0, test="d30\n\x1b[31m[bold]01")
-    assert said == ["d30??[31m[bold]01: photographs: begun"]
+    said = walked(Lines, 1, seconds_each=lambda _: 11.0, test="d30\n\x1b[31m[bold]01")
+    assert said == ["d30??[31m[bold]01: photographs: took 11 s"]
+
+
+def test_of_one_test_among_several_only_what_takes_long_is_in_a_log():
+    assert walked(Lines, 30, seconds_each=lambda _: 0.3, test="a") == []
+    said = walked(Lines, 600, seconds_each=lambda _: 1.0, test="a")
+    assert said[0] == "a: photographs: 60 of 600, 9 min 0 s left"
+    assert said[-1] == "a: photographs: took 10 min 0 s"
+    assert len(said) == 10
 
 
 def test_events_hold_test_stage_steps_seconds_and_seconds_left():

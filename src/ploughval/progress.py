@@ -10,6 +10,7 @@ Clock = Callable[[], float]
 LEAST_WEIGHT = 0.1  # of the newest step in the mean time of a step
 LEAST_STEPS = 2  # before a time left is named
 LEAST_PAUSE_S = 1.0  # between two lines of a stage
+LEAST_AMONG_S = 10.0  # the same for a stage of one test among several
 TENTHS = 10
 
 
@@ -143,7 +144,7 @@ class _Tenths(Stages):
     def _went(self, stage: Stage, pace: Pace, now_s: float) -> None:
         tenth = TENTHS * pace.done // pace.total
         before, then_s = self._told[stage]
-        if tenth > before and now_s - then_s >= LEAST_PAUSE_S:
+        if tenth > before and now_s - then_s >= self._pause_s(stage):
             self._told[stage] = (tenth, now_s)
             self._tell(stage, pace, now_s)
 
@@ -151,12 +152,15 @@ class _Tenths(Stages):
         del self._told[stage]
         self._tell(stage, pace, now_s)
 
+    def _pause_s(self, stage: Stage) -> float:
+        return LEAST_PAUSE_S
+
     @abstractmethod
     def _tell(self, stage: Stage, pace: Pace, now_s: float) -> None: ...
 
 
 class Lines(_Tenths):
-    """Plain lines for a log.
+    """Plain lines for a log; of one test among several only what takes long.
 
     Parameters
     ----------
@@ -168,15 +172,20 @@ class Lines(_Tenths):
         super().__init__(clock)
         self._write = write
 
+    def _pause_s(self, stage: Stage) -> float:
+        return LEAST_AMONG_S if stage.test else LEAST_PAUSE_S
+
     def _tell(self, stage: Stage, pace: Pace, now_s: float) -> None:
         seconds = now_s - pace.begun_s
+        if stage.test and seconds < LEAST_AMONG_S:
+            return
         if not pace.done:
             self._write(f"{stage}: begun")
         elif pace.done < pace.total:
             left = pace.left_s(now_s)
             after = "" if left is None else f", {duration(left)} left"
             self._write(f"{stage}: {pace.done} of {pace.total}{after}")
-        elif pace.total > 1 or seconds >= LEAST_PAUSE_S:
+        elif pace.total > 1 or seconds >= self._pause_s(stage):
             self._write(f"{stage}: took {duration(seconds)}")
 
 

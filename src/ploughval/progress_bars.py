@@ -16,6 +16,7 @@ from ploughval.progress import Pace, Stage, Stages, duration
 
 WIDE, MIDDLE = 60, 40  # columns of a terminal below which the bar, and then the counts, are left out
 REFRESH_HZ = 5
+KEPT_FREE = 4  # lines of a terminal for messages and the prompt
 
 
 class _Label(ProgressColumn):
@@ -55,25 +56,31 @@ def _columns(width: int) -> list[ProgressColumn]:
 
 
 class Bars(Stages):
-    """One bar for every stage that goes on."""
+    """One bar for every stage that goes on, the oldest first, as many as the terminal has lines for."""
 
     def __init__(self, progress: Progress) -> None:
         super().__init__(time.monotonic)
         self._progress = progress
         self._tasks: dict[Stage, TaskID] = {}
+        self._most = max(progress.console.height - KEPT_FREE, 2)
 
     def say(self, text: str) -> None:
         """Write a line above the bars."""
         self._progress.console.print(Text(text), soft_wrap=True)
 
     def _begun(self, stage: Stage, pace: Pace) -> None:
-        self._tasks[stage] = self._progress.add_task(str(stage), total=_counted(pace), pace=pace)
+        visible = len(self._tasks) < self._most
+        self._tasks[stage] = self._progress.add_task(
+            str(stage), total=_counted(pace), pace=pace, visible=visible
+        )
 
     def _went(self, stage: Stage, pace: Pace, now_s: float) -> None:
         self._progress.update(self._tasks[stage], completed=pace.done, total=_counted(pace))
 
     def _ended(self, stage: Stage, pace: Pace, now_s: float) -> None:
         self._progress.remove_task(self._tasks.pop(stage))
+        for shown in list(self._tasks.values())[: self._most]:
+            self._progress.update(shown, visible=True)
 
 
 def _counted(pace: Pace) -> int | None:
