@@ -46,6 +46,7 @@ with command() as talk:
         progress("tests", 1, 2)
     talk.say("the end")
 """
+SHOW_ONE = SHOW.replace('progress.of("d30 [bold]01")', "progress")
 
 
 def run(*arguments):
@@ -127,6 +128,27 @@ def test_bars_are_drawn_on_a_terminal_and_gone_at_the_end():
     assert screen(written) == ["a fault [red]in brackets", "a line of the log", "one is done", "the end"]
 
 
+def test_bars_of_more_tests_than_a_terminal_has_lines_are_gone_at_the_end_too():
+    many = (
+        "import time\nfrom ploughval.talk import command, shown_progress\n"
+        "with command() as talk, shown_progress(talk) as progress:\n"
+        "    progress('tests', 0, 300)\n"
+        "    for n in range(64):\n"
+        "        progress.of(f'test {n}')('photographs', 0, 9)\n"
+        "    time.sleep(0.3)\n"
+        "    for n in range(30):\n"
+        "        progress.of(f'test {n}')('photographs', 9, 9)\n"
+        "    time.sleep(0.3)\n"
+        "    talk.warn('one is done')\n"
+    )
+    _, written = on_a_terminal([sys.executable, "-c", many])
+    assert "tests" in written
+    assert "test 3: photographs" in written
+    assert "test 40: photographs" in written  # when those before it have ended
+    assert "test 60: photographs" not in written
+    assert screen(written) == ["one is done"]
+
+
 @pytest.mark.parametrize("columns", [30, 50, 200])
 def test_bars_of_a_narrow_and_a_wide_terminal_keep_to_one_line_each(columns):
     _, written = on_a_terminal([sys.executable, "-c", SHOW], columns=columns)
@@ -139,9 +161,9 @@ def test_bars_of_a_narrow_and_a_wide_terminal_keep_to_one_line_each(columns):
 
 @pytest.mark.parametrize("terminal", ["dumb", "unknown"])
 def test_a_terminal_that_cannot_move_its_cursor_gets_lines(terminal):
-    _, written = on_a_terminal([sys.executable, "-c", SHOW], TERM=terminal)
+    _, written = on_a_terminal([sys.executable, "-c", SHOW_ONE], TERM=terminal)
     assert "\x1b" not in written
-    assert "d30 [bold]01: photographs: begun" in written
+    assert "photographs: begun" in written
 
 
 def test_without_colour_bars_have_none():
@@ -159,33 +181,34 @@ def test_output_that_goes_to_a_file_gets_there_while_bars_are_drawn(tmp_path):
 
 
 def test_a_pipe_gets_a_few_plain_lines():
-    done = subprocess.run([sys.executable, "-c", SHOW], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", SHOW_ONE], capture_output=True, text=True, check=True)
     assert done.stdout == "one is done\nthe end\n"
     lines = re.sub(r"[\d.]+ s", "* s", done.stderr).splitlines()
     # Between, a line once a second at most: none here, but on a machine that is slower than its clock.
     assert [line for line in lines if not re.search("photographs: [123] of 4", line)] == [
         "tests: begun",
-        "d30 [bold]01: photographs: begun",
+        "photographs: begun",
         "a fault [red]in brackets",
         "a line of the log",
-        "d30 [bold]01: photographs: took * s",
+        "photographs: took * s",
         "tests: 1 of 2, * s left",
     ]
 
 
 def test_processing_several_tests_says_which_and_how_many_are_done(monkeypatch, tmp_path):
-    def process(folder, out, *, progress, **_):
+    def process(folder, *, out, progress, **_):
         progress("model", 0, 1)
         progress("model", 1, 1)
-        return Outcome(folder.name, out, True, (), (), {}, ("model",), 0.1, out / "report.html")
+        name = Path(folder).name
+        return Outcome(name, Path(out), True, (), (), {}, ("model",), 0.1, Path(out) / "report.html")
 
     monkeypatch.setattr("ploughval.cli._process_one", process)
-    result = run("process", tmp_path / "a", tmp_path / "b", "--out", tmp_path / "o")
+    result = run("process", tmp_path / "a", tmp_path / "b", "--out", tmp_path / "o", "--workers", 1)
     assert result.exit_code == 0, result.output
     assert re.sub(r"\d\.\d s", "* s", result.stderr).splitlines() == [
         "tests: begun",
-        "a: model: begun",
-        "b: model: begun",
+        "a: done in * s",
+        "b: done in * s",
         "tests: took * s",
     ]
 

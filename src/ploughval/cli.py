@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ploughval.outcomes import outcome_row
+from ploughval.outcomes import Outcomes, outcome_row
+from ploughval.run.machine import processors
 from ploughval.stopping import listen
 from ploughval.talk import (
     DONE,
@@ -19,7 +20,7 @@ from ploughval.talk import (
     said_once,
     shown_progress,
 )
-from ploughval.watch import Progress, one_step
+from ploughval.watch import one_step
 
 app = typer.Typer(
     name="ploughval",
@@ -32,7 +33,15 @@ app = typer.Typer(
 )
 
 Folder = Annotated[Path, typer.Argument(help="Test folder with a test.toml.")]
-Folders = Annotated[list[Path], typer.Argument(help="Test folders, each with a test.toml.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        max=256,
+        help="Processors to use, for tests side by side or as threads of one; default: all that this process "
+        "may use. The numbers do not depend on it.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of text.")]
 
 
@@ -100,8 +109,8 @@ def check(
             raise typer.Exit(code)
 
 
-def _process_one(folder: Path, out: Path | None, **options: Any) -> Any:
-    """One test up to the report page; at module level so that a cluster can run it."""
+def _process_one(folder: str, *, out: str | None, **options: Any) -> Any:
+    """One test up to the report page; at module level so that another process can be told of it."""
     from ploughval import process
 
     return process(folder, out=out, **options)
@@ -109,56 +118,39 @@ def _process_one(folder: Path, out: Path | None, **options: Any) -> Any:
 
 @app.command()
 def process(
-    folders: Folders,
+    folders: Annotated[
+        list[str], typer.Argument(help="Test folders, each with a test.toml; or URLs of such.")
+    ],
     out: Annotated[
-        Path | None, typer.Option(help="Result folder (several tests: one folder each in it).")
+        str | None, typer.Option(metavar="DIR", help="Result folder (several tests: one folder each in it).")
     ] = None,
-    workers: Annotated[
-        int, typer.Option(min=1, max=256, help="Threads; the numbers do not depend on it.")
-    ] = 2,
+    workers: Workers = None,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a dask scheduler (extra: cluster).")
+        str | None, typer.Option(help="Address of a dask scheduler (extra: cluster), which shares the work.")
     ] = None,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start over instead of reusing finished stages.")
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Process test folders: photographs and logs to measurements, model, comparison and report."""
-    with command(as_json) as talk, said_once():
-        from ploughval.run.workers import run_all
+    """Process test folders: photographs and logs to measurements, model, comparison and report.
 
-        worst, several = DONE, len(folders) > 1
-        tests: list[dict[str, Any]] = []
+    Several are worked on side by side, each in a process of its own; one that fails does not stop the others.
+    """
+    with command(as_json) as talk, said_once():
+        from ploughval.run.pool import Hearers
+        from ploughval.run.workers import Share, run_all, share_of
 
         with shown_progress(talk) as progress:
-
-            def finished(index: int, result: Any) -> None:
-                nonlocal worst
-                code, row = outcome_row(talk, folders[index], result, several=several)
-                worst = max(worst, code)
-                tests.append(row)
-                if several:
-                    progress("tests", len(tests), len(folders))
-
-            def watched(index: int) -> Progress:
-                return progress.of(folders[index].resolve().name) if several else progress
-
-            if several:
-                progress("tests", 0, len(folders))
-            run_all(
-                _process_one,
-                folders,
-                out=out,
-                scheduler=scheduler,
-                finished=finished,
-                watched=watched,
-                workers=workers,
-                fresh=fresh,
-            )
-        talk.summary["tests"] = tests
-        if worst != DONE:
-            raise typer.Exit(worst)
+            share = Share(1, 1) if scheduler else share_of(folders, workers or processors())
+            if share.remark:
+                talk.warn(share.remark)
+            outcomes = Outcomes(talk, folders, progress)
+            hearers = Hearers(outcomes.finished, outcomes.watched)
+            run_all(_process_one, folders, hearers, out=out, share=share, scheduler=scheduler, fresh=fresh)
+        code = outcomes.close()
+        if code != DONE:
+            raise typer.Exit(code)
 
 
 @app.command()
@@ -371,7 +363,7 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for the example and its results.")] = Path(
         "ploughval-demo"
     ),
-    workers: Annotated[int, typer.Option(min=1, max=256, help="Threads.")] = 2,
+    workers: Workers = None,
     as_json: Json = False,
 ) -> None:
     """Make the example test folder, process it and print where the report is."""
@@ -380,8 +372,8 @@ def demo(
 
         with shown_progress(talk) as progress:
             make_folder(out, EXAMPLE, overwrite=True, progress=progress)
-            result = _process_one(out, None, workers=workers, progress=progress)
-        code, row = outcome_row(talk, out, result, several=False)
+            result = _process_one(str(out), out=None, workers=workers or processors(), progress=progress)
+        code, row = outcome_row(talk, str(out), result)
         talk.summary = {"tests": [row]}
         if code != DONE:
             raise typer.Exit(code)

@@ -1,86 +1,129 @@
-"""Several tests: one after the other here, or side by side on a dask cluster."""
+"""Several tests: one after the other here, side by side in processes, or on a dask cluster."""
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ploughval.run.cluster import run_on_cluster
-from ploughval.watch import Progress
+from ploughval.limits import size_in_words
+from ploughval.run.child import Task
+from ploughval.run.machine import free_bytes
+from ploughval.run.needs import needed_bytes
+from ploughval.run.places import refuse_doubles, result_folders
+from ploughval.run.pool import Hearers, Pool
 
 
 class Job(Protocol):
-    """Processes one test folder; has to be a module-level function for a cluster."""
+    """Processes one test; a function at module level, so that other processes can be told of it by name."""
 
-    def __call__(self, folder: Path, out: Path | None, **options: Any) -> Any:
+    __module__: str
+    __qualname__: str
+
+    def __call__(self, folder: str, *, out: str | None, **options: Any) -> Any:
         """Process a folder into out (None: the folder's own results)."""
 
 
-def result_folders(folders: Sequence[Path], out: Path | None) -> list[Path | None]:
-    """Where each test's results go: OUT itself for one test, OUT/<folder name> for several.
+@dataclass(frozen=True, slots=True)
+class Share:
+    """How tests share this machine.
 
-    >>> result_folders([Path("a"), Path("b")], Path("o"))[1].as_posix()
-    'o/b'
-    >>> result_folders([Path("x/a"), Path("y/a")], Path("o"))[1].as_posix()
-    'o/a-2'
+    Attributes
+    ----------
+    processes : int
+        Tests side by side, each in a process of its own; 1: one after the other in this process.
+    threads : int
+        Threads of each test.
+    remark : str
+        Why fewer than could be, where that is so.
     """
-    if out is None:
-        return [None] * len(folders)
-    if len(folders) == 1:
-        return [out]
-    names: list[str] = []
-    for folder in folders:
-        name, count = folder.resolve().name, 1
-        while (name if count == 1 else f"{name}-{count}") in names:
-            count += 1
-        names.append(name if count == 1 else f"{name}-{count}")
-    return [out / name for name in names]
+
+    processes: int
+    threads: int
+    remark: str = ""
+
+
+def share_of(folders: Sequence[str], workers: int) -> Share:
+    """Share threads among tests: a process for each as far as threads, tests and memory go.
+
+    Parameters
+    ----------
+    folders : sequence of str
+        Test folders.
+    workers : int
+        Threads in all.
+    """
+    most = min(workers, len(folders))
+    if most == 1:
+        return Share(1, workers)
+    needed, free = max(needed_bytes(folder) for folder in folders), free_bytes()
+    fitting = most if free is None else min(max(free // needed, 1), most)
+    remark = ""
+    if fitting < most:
+        remark = (
+            f"{fitting} of {most} tests side by side: one may take {size_in_words(needed)}, "
+            f"and {size_in_words(free or 0)} of memory are free"
+        )
+    return Share(fitting, workers // fitting, remark)
 
 
 def run_all(
     job: Job,
-    folders: Sequence[Path],
+    folders: Sequence[str],
+    hearers: Hearers,
     *,
-    out: Path | None,
-    scheduler: str | None,
-    finished: Callable[[int, Any], None],
-    watched: Callable[[int], Progress] | None = None,
+    out: str | None = None,
+    share: Share = Share(1, 1),
+    scheduler: str | None = None,
     **options: Any,
 ) -> None:
-    """Run a job for each folder; ``finished(index, result or exception)`` is called for each.
+    """Run a job for each folder; what becomes of each is heard as it ends, in whatever order.
 
     Parameters
     ----------
     job : callable
-        ``job(folder, out, **options)``.
-    folders : sequence of Path
+        ``job(folder, out=..., **options)``.
+    folders : sequence of str
         Test folders.
-    out : Path or None
+    hearers : Hearers
+        Who hears of their stages and their ends.
+    out : str or None
         As in :func:`result_folders`.
+    share : Share
+        How they share this machine.
     scheduler : str or None
-        Address of a dask scheduler; None: here, one after the other.
-    finished : callable
-        Gets the index of the folder and what the job returned or raised.
-    watched : callable or None
-        Gives, for the index of a folder, who hears of its stages; a cluster does not tell of them.
+        Address of a dask scheduler, which then shares the work instead.
     **options
-        Handed to every job.
+        Handed to every job; values that JSON holds.
 
     Raises
     ------
+    ConfigError
+        When a test is given twice, or two would write into one folder; then none is run.
     MissingExtraError
         When a scheduler is named and dask.distributed is not installed.
     DataError
         When the scheduler does not answer.
     """
     targets = result_folders(folders, out)
-    if scheduler is None:
-        for index, (folder, target) in enumerate(zip(folders, targets, strict=True)):
-            heard = {} if watched is None else {"progress": watched(index)}
-            try:
-                result = job(folder, target, **options, **heard)
-            except Exception as error:
-                finished(index, error)
-            else:
-                finished(index, result)
+    refuse_doubles(folders, targets)
+    threads = {} if scheduler else {"workers": share.threads}
+    tasks = [
+        Task(index, folder, target, {**options, **threads})
+        for index, (folder, target) in enumerate(zip(folders, targets, strict=True))
+    ]
+    name = f"{job.__module__}:{job.__qualname__}"
+    if scheduler is not None:
+        from ploughval.run.cluster import run_on_cluster
+
+        run_on_cluster(name, tasks, hearers, scheduler=scheduler)
         return
-    run_on_cluster(job, folders, targets, scheduler=scheduler, finished=finished, **options)
+    if share.processes > 1:
+        Pool(name, share.processes, share.threads).run(tasks, hearers)
+        return
+    for task in tasks:
+        heard = {} if hearers.watched is None else {"progress": hearers.watched(task.index)}
+        try:
+            result = job(task.folder, out=task.out, **task.options, **heard)
+        except Exception as error:
+            hearers.finished(task.index, error)
+        else:
+            hearers.finished(task.index, result)
