@@ -71,7 +71,7 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
     "name,u_mm\r\n'=1+1,-0.5\r\n"
     """
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\r\n").writerows([_guarded(cell) for cell in row] for row in rows)
+    csv.writer(buffer, lineterminator="\r\n").writerows([guarded(cell) for cell in row] for row in rows)
     return buffer.getvalue()
 
 
@@ -167,7 +167,8 @@ def _cell(value: object) -> str:
     return repr(float(value)) if isinstance(value, float) else str(value)
 
 
-def _guarded(cell: str) -> str:
+def guarded(cell: str) -> str:
+    """A cell, with an apostrophe before what a spreadsheet would run as a formula; numbers stay."""
     return f"'{cell}" if cell.startswith(_FORMULA) and not _NUMBER.fullmatch(cell) else cell
 
 

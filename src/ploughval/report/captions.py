@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
+from ploughval.report.attached import guarded
 from ploughval.run.written import write_text
 
 NAMES = ("captions.md", "captions.csv")
@@ -74,7 +75,8 @@ def _table(figures: Sequence[Captioned]) -> str:
     for one in figures:
         caption = f"{one.lead} {one.caption}".strip()
         size = (f"{length:.1f}" for length in one.size_mm)
-        rows.writerow([one.name, one.chapter, caption, one.alt, " ".join(one.data), *size])
+        words = (one.name, one.chapter, caption, one.alt, " ".join(one.data))
+        rows.writerow([*map(guarded, words), *size])
     return buffer.getvalue()
 
 

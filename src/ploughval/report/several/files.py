@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 
 from ploughval.axes import BAND_COLUMNS, unit_of
+from ploughval.report.attached import guarded
 from ploughval.report.several.findings import SeveralFindings
 from ploughval.run.written import write_csv, write_json
 
 COLUMNS = ("chapter", "group", "test", "metric", "unit", "quantity", "value")
+WORDS = COLUMNS[:-1]
 Row = tuple[str, str, str, str, str, str, float]
 
 
@@ -38,7 +40,9 @@ def write_numbers(found: SeveralFindings, page: Path) -> tuple[Path, Path]:
     """
     record, table = (_beside(page, kind) for kind in (".json", ".csv"))
     write_json(record, numbers_record(found))
-    write_csv(table, pd.DataFrame(list(_rows(found)), columns=list(COLUMNS)), COLUMNS)
+    rows = pd.DataFrame(list(_rows(found)), columns=list(COLUMNS))
+    rows[list(WORDS)] = rows[list(WORDS)].map(guarded)
+    write_csv(table, rows, COLUMNS)
     return record, table
 
 
