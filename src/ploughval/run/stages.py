@@ -27,8 +27,7 @@ from ploughval.scene_camera import EQUIPMENT, Camera
 from ploughval.tracers import BandFindings
 
 _SETTINGS = ("scene", "scene_base", "scene_camera", "scene_cells", "scene_faults", "scene_tables")
-_COMMON = (*_SETTINGS, "axes", "errors", "limits", "watch")
-_KEEPING = ("run.kept_tables", "run.snapshots", "run.store", "run.written")
+_COMMON = (*_SETTINGS, "axes", "errors", "limits", "run.kept_tables", "run.snapshots")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +64,11 @@ WINDOW = Stage(
     entries=("run.walk", "run.pieces", "run.first_frame", "photos"),
     rooms=(
         *_COMMON,
-        *_KEEPING,
         "changing",
-        "columns",
+        "memory",
         "photos",
         "piv",
+        "run.clock",
         "run.first_frame",
         "run.frame_notes",
         "run.noise",
@@ -80,13 +79,13 @@ WINDOW = Stage(
         "run.walk_looks",
         "run.window",
         "tracers",
+        "watch",
     ),
     settings={
         "blade": True,
-        "box": True,
-        "camera": set(Camera.model_fields) - set(EQUIPMENT),
+        "camera": set(Camera.model_fields) - {*EQUIPMENT, "clock_offset_s"},
+        "model": {"initial_surface_mm"},
         "piv": True,
-        "soil": True,
         "tracers": True,
     },
 )
@@ -94,7 +93,7 @@ FORCE = Stage(
     "force",
     "force",
     entries=("loadcells",),
-    rooms=(*_COMMON, *_KEEPING, "columns", "loadcells", "photos"),
+    rooms=(*_COMMON, "columns", "loadcells", "memory", "photos"),
     settings={"blade": True, "loadcells": True},
     kinds=(ForceResult, MeanLoad, CellCalibrationResult, CellResponse, Friction, Contact),
 )
@@ -102,7 +101,7 @@ BANDS = Stage(
     "bands",
     "bands",
     entries=("tracers.bands",),
-    rooms=(*_COMMON, *_KEEPING, "changing", "tracers"),
+    rooms=(*_COMMON, "changing", "tracers"),
     settings={"bands": True, "blade": True, "camera": {"mm_per_px"}, "piv": {"subset_px"}},
     kinds=(BandFindings,),
 )
@@ -110,7 +109,7 @@ COMPARE = Stage(
     "compare",
     "compare",
     entries=("compare", "model"),
-    rooms=(*_COMMON, *_KEEPING, "compare", "model"),
+    rooms=(*_COMMON, "compare", "model", "watch"),
     settings={
         "blade": True,
         "box": True,
