@@ -149,8 +149,12 @@ class _Shelf:
         return piece if piece.first == first < piece.last else None
 
     def keep(self, piece: Piece) -> bool:
-        """Keep a piece; whether the disk took it."""
-        return self._kept.save(f"{_STAGE}-{piece.first:06d}", self._key, piece.to_arrays())
+        """Keep a piece; whether the disk took it, of which it is said once that it did not."""
+        refused = self._kept.refused
+        taken = self._kept.save(f"{_STAGE}-{piece.first:06d}", self._key, piece.to_arrays())
+        if not taken and any(text.startswith(f"{_STAGE}-") for text in refused[:-1]):
+            refused.pop()
+        return taken
 
 
 def walk_to(
