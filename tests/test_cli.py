@@ -110,7 +110,7 @@ def test_a_scene_for_the_model_alone_has_a_report_without_photographs_and_force(
 def test_one_refused_folder_among_several_does_not_stop_the_others(model_only, tmp_path):
     empty = tmp_path / "empty-folder"
     empty.mkdir()
-    result = run("process", empty, model_only, "--out", tmp_path / "o", "--json")
+    result = run("process", empty, model_only, "--out", tmp_path / "o", "--workers", 1, "--json")
     assert result.exit_code == 2
     tests = json.loads(result.stdout)["tests"]
     assert [t["exit_code"] for t in tests] == [2, 0]

@@ -1,6 +1,7 @@
 """Several test folders on the command line, a process each: as one by one, and none stops another."""
 
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -23,15 +24,17 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
-    """A whole test, one that lacks an empty run, and one whose settings are refused."""
+    """A test that lacks an empty run, one whose settings are refused, and one of the load cells alone."""
     root = tmp_path_factory.mktemp("many")
-    make_sound(root / "whole")
-    for name in ("lacking", "refused"):
-        shutil.copytree(root / "whole", root / name)
+    make_sound(root / "lacking")
     settings = root / "lacking" / "test.toml"
-    settings.write_text(settings.read_text().replace('["empty/*.csv"]', '["empty/run1.csv", "none.csv"]'))
+    text = settings.read_text()
+    for name in ("refused", "force"):
+        shutil.copytree(root / "lacking", root / name)
+    settings.write_text(text.replace('["empty/*.csv"]', '["empty/run1.csv", "none.csv"]'))
     (root / "refused" / "test.toml").write_text("[blade]\ndepth_mm = -1.0\n")
-    return [root / name for name in ("lacking", "refused", "whole")]
+    (root / "force" / "test.toml").write_text(re.sub(r"(?ms)^\[(camera|tracers)\].*?(?=^\[|\Z)", "", text))
+    return [root / name for name in ("lacking", "refused", "force")]
 
 
 def results(folder):
@@ -44,7 +47,6 @@ def results(folder):
 
 
 def test_side_by_side_each_test_ends_as_it_would_alone(folders, tmp_path):
-    lacking, _, whole = folders
     together = run("process", *folders, "--out", tmp_path / "o", "--workers", 2, "--json")
     assert together.exit_code == 2, together.output
     summary = json.loads(together.stdout)
@@ -55,10 +57,9 @@ def test_side_by_side_each_test_ends_as_it_would_alone(folders, tmp_path):
     assert not (tmp_path / "o" / "refused").exists()
     for line in together.stderr.splitlines():
         assert json.loads(line)["event"] in ("progress", "message", "log")
-    for folder, code in ((lacking, 1), (whole, 0)):
-        alone = tmp_path / "alone" / folder.name
-        assert run("process", folder, "--out", alone).exit_code == code
-        assert results(tmp_path / "o" / folder.name) == results(alone)
+    assert run("process", folders[0], "--out", tmp_path / "alone").exit_code == 1
+    assert "tracks.nc" in results(tmp_path / "alone")
+    assert results(tmp_path / "o" / "lacking") == results(tmp_path / "alone")
 
 
 def test_a_test_given_twice_is_refused_before_anything_runs(folders, tmp_path):
