@@ -19,6 +19,7 @@ Page = Callable[[Path], Path]
 RECORD, REPORT = "run.json", "report.html"
 QUICK = "always: it takes less time than reading what was kept"
 _TITLES = {stage.name: stage.title for stage in STAGES} | {PAGE: "report"}
+_NOT_SHOWN = ("folder", "timings_s")  # parts of the record that a page does not show
 _READ = (".csv", ".json", ".nc")  # files of a result folder that a page may show
 
 
@@ -53,8 +54,8 @@ def finish(scene: Scene, found: Findings, kept: Store, page: Page | None) -> Pat
     if page is None:
         write_json(results / RECORD, record | {"stages": stage_notes(found, kept)})
         return None
-    told = {name: value for name, value in record.items() if name != "timings_s"}
-    key = page_key(told, _digests(results))
+    shown = {name: value for name, value in record.items() if name not in _NOT_SHOWN}
+    key = page_key(shown, _digests(results))
     arrays = kept.load(PAGE, key)
     write_json(results / RECORD, record | {"stages": stage_notes(found, kept)})
     if arrays is not None:
