@@ -28,9 +28,9 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
     Parameters
     ----------
     folder : path-like
-        Test folder with a test.toml.
+        Test folder with a test.toml: a path, or the text of a URL (extra: cluster).
     out : path-like or None
-        Result folder; None: ``results`` in the test folder.
+        Result folder: a path, or the text of a URL; None: ``results`` in the test folder.
     **options
         workers, fresh and progress of :func:`ploughval.run.process_folder`.
 
@@ -44,6 +44,13 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
     PloughvalError
         When the input is refused.
     """
+    from ploughval.run.urls import is_url
+
+    if is_url(folder) or is_url(out):
+        from ploughval.run.ranges import run_staged
+
+        return run_staged(process, folder, out=out, **options)
+
     from ploughval.report import write_single
     from ploughval.run import process_folder
     from ploughval.watch import unheard

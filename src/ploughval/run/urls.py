@@ -99,7 +99,7 @@ def file_system(url: str) -> tuple[Any, str]:
     except ImportError:
         raise MissingExtraError("fsspec", "cluster", f"{shown(url)}:") from None
     protocol = url.partition("://")[0]
-    if "::" in url or "?" in url or protocol not in fsspec.available_protocols():
+    if "::" in url or "?" in url or not _is_known(fsspec, protocol):
         raise DataError(
             "names no file system; expected a plain URL of a folder, such as s3://bucket/test, gs://, "
             "abfs://, sftp:// or file://, without :: and without a query",
@@ -115,6 +115,10 @@ def file_system(url: str) -> tuple[Any, str]:
     except Exception as error:  # what drivers raise has no common root
         raise _refusal(url, error) from None
     return system, str(path).rstrip("/")
+
+
+def _is_known(fsspec: Any, protocol: str) -> bool:
+    return protocol in fsspec.available_protocols() or protocol in fsspec.registry
 
 
 @contextmanager
