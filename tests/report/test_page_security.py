@@ -54,7 +54,7 @@ def quoted(text):
 
 @pytest.fixture(scope="module")
 def hostile(tmp_path_factory):
-    """Results of a test with hostile name, notes, lens, file names, EXIF, and columns and properties of a log."""
+    """Results of a test with hostile name, notes, lens, file names, EXIF, log columns and log properties."""
     nptdms = pytest.importorskip("nptdms")
     folder = tmp_path_factory.mktemp("hostile") / "test"
     make_sound(folder)
