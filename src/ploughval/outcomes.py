@@ -1,5 +1,6 @@
 """What the command line says of processed tests: lines, exit codes, a table at the end, JSON."""
 
+import textwrap
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -15,6 +16,8 @@ from ploughval.watch import Progress
 
 LOST = "lost"
 WORDS = {DONE: "done", INCOMPLETE: "incomplete", REFUSED: "refused", INTERNAL: "internal error"}
+MOST_SAID = 120
+"""Signs of an error that stand in the table; the whole was said when the test ended."""
 HEAD = ("test", "what became of it", "took", "metrics agree", "report")
 
 
@@ -171,7 +174,8 @@ def summary_lines(names: Sequence[str], rows: Sequence[dict[str, Any]], seconds:
 def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:
     """A line of the table; where there is no report, the first line of what was said instead."""
     if "error" in row:
-        return name, row["ending"], "", "", row["error"].splitlines()[0]
+        said = row["error"].splitlines()[0].removeprefix(f"{row['folder']}: {row['ending']}: ")
+        return name, row["ending"], "", "", textwrap.shorten(said, MOST_SAID, placeholder=" ...")
     judged = [metric["agrees"] for metric in row["metrics"].values() if metric["agrees"] is not None]
     agreeing = f"{judged.count(True)} of {len(judged)}" if judged else ""
     return name, row["ending"], duration(row["seconds"]), agreeing, row["report"]
