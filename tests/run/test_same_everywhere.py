@@ -20,8 +20,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 from broken_folders_base import make_sound
 
-ELSEWHERE = ("folder", "timings_s", "stages", "reused")
-"""Keys of run.json that say where, how fast, and by what kept stages a test was processed."""
+ELSEWHERE = ("folder", "code_hash", "timings_s", "stages", "reused")
+"""Keys of run.json that say where, by which code, how fast, and by what kept stages a test was processed."""
 COMMA = {"decimal_point": ",", "thousands_sep": ".", "grouping": [3, 3, 0]}
 
 
@@ -49,15 +49,15 @@ def usual(folder, tmp_path_factory):
 
 
 def files_of(out):
-    """Bytes of every result file; of run.json only what is a finding."""
+    """Bytes of every result file, and what run.json holds, key by key."""
     files = {
         path.relative_to(out).as_posix(): path.read_bytes()
         for path in sorted(out.rglob("*"))
         if path.is_file() and ".store" not in path.parts
     }
     record = json.loads(files["run.json"])
-    files["run.json"] = {key: value for key, value in record.items() if key not in ELSEWHERE}
-    return files
+    del files["run.json"]
+    return files | {f"run.json: {key}": value for key, value in record.items() if key not in ELSEWHERE}
 
 
 def differing(first, second):
@@ -95,7 +95,7 @@ def reversed_order(monkeypatch):
 def test_the_log_crosses_the_change_of_summer_time(usual):
     force = pd.read_csv(pd.io.common.BytesIO(usual["force.csv"]))
     assert force["time_s"].diff().dropna().between(0.099, 0.101).all()
-    assert usual["run.json"]["complete"]
+    assert usual["run.json: complete"]
     assert usual["metrics.json"].count(b"experiment_std") > 5
 
 
