@@ -133,3 +133,11 @@ def test_spoiled_files_are_read_or_refused(tmp_path, sound, changes, data):
         refused = str(error)
     assert path.name in refused
     assert time.perf_counter() - begun < 20.0  # none may hang
+
+
+def test_more_samples_than_the_limit_are_refused_before_they_are_turned_into_numbers(tmp_path, monkeypatch):
+    path = write(tmp_path / "a.tdms", {"rig": waves()})
+    monkeypatch.setattr("ploughval.loadcells.logs.tdms.LOG_ROWS", N - 1)
+    monkeypatch.setattr("ploughval.loadcells.logs.tdms._samples", None)
+    with pytest.raises(DataError, match="million samples a channel; expected at most as many. Thin it out"):
+        read_log(path, LogColumns())

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ploughval.errors import DataError, MissingExtraError
-from ploughval.limits import LOG_BYTES, refuse_large
+from ploughval.limits import LOG_BYTES, LOG_ROWS, refuse_large
 from ploughval.loadcells.logs.names import VALUE_COLUMNS, Wanted, column_unit, find_places, matches
 from ploughval.loadcells.logs.raw import RawLog
 from ploughval.loadcells.logs.rows import FileRows
@@ -58,6 +58,12 @@ def read_tdms(path: Path, wanted: Wanted) -> RawLog:
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name}: {count}" for name, count in lengths.items())
         raise DataError(f"channels of different lengths ({shown}); expected one sample each a row", path=path)
+    if max(lengths.values()) > LOG_ROWS:
+        raise DataError(
+            f"holds more than {LOG_ROWS // 1_000_000} million samples a channel; expected at most as many. "
+            "Thin it out or part it: [loadcells] log may list several files",
+            path=path,
+        )
     data = {key: _samples(channel, path) for key, channel in found.items()}
     time = data.get("time_s")
     if time is None and waves:
