@@ -386,4 +386,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    from ploughval import cli
+
+    cli.main()  # not of __main__: other processes are told of a job by its module's name
