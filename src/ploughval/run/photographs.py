@@ -59,6 +59,7 @@ class Photographs:
         key = self.key(first)
         arrays = kept.load("window", key)
         if arrays is not None:
+            kept.drop(_STAGE)  # a run that was killed had no time to
             return WindowRecord.from_arrays(arrays)
         done, rest = self._walk(_Shelf(kept, key), first, len(self.frames), workers, progress)
         record = join([*done, *rest])

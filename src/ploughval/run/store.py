@@ -97,11 +97,15 @@ class Store:
         self.told: dict[str, tuple[bool, str]] = {}
 
     def load(self, stage: str, key: Key) -> Arrays | None:
-        """Arrays of a finished stage, or None when it has to run: whatever is wrong with what was kept."""
+        """Arrays of a finished stage, or None when it has to run: whatever is wrong with what was kept.
+
+        What the stage left under other keys is dropped when it is found: a killed run had no time to.
+        """
         path = self._path(stage, key)
         arrays = None if self._fresh else _read_npz(path)
         if arrays is not None and str(arrays.pop(_KEY, None)) == key.to_json():
             self.told[stage] = True, SAME
+            self._drop_others(stage, path)
             return arrays
         self.told[stage] = False, self._why_not(stage, key)
         return None
@@ -131,7 +135,7 @@ class Store:
         except DataError as error:
             self.refused.append(f"{stage}: not kept for another run: {error}")
             return False
-        _remove(old for old in self._of(stage) if old != path)
+        self._drop_others(stage, path)
         return True
 
     def refuse(self, stage: str) -> None:
@@ -150,6 +154,9 @@ class Store:
         clean_aside(self._folder)
         if self._fresh:
             _remove(path for path in self._listed() if _NAME.fullmatch(path.name))
+
+    def _drop_others(self, stage: str, path: Path) -> None:
+        _remove(old for old in self._of(stage) if old != path)
 
     def _of(self, stage: str, *, pieces: bool = False) -> list[Path]:
         """Files of a stage, under whatever key."""
