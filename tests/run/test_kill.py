@@ -8,6 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
+import kill_runs
 from kill_runs import Act, Trial, chosen, files_of
 
 
@@ -15,9 +16,8 @@ from kill_runs import Act, Trial, chosen, files_of
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs fork and /proc")
 def test_runs_that_are_killed_go_on_and_end_with_the_same_bytes():
     """In a process of its own: this one has threads, which do not outlive a fork."""
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), "--quick"], capture_output=True, text=True, check=False
-    )
+    line = [sys.executable, kill_runs.__file__, "--quick"]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.endswith("5 kills, 0 of them with faults\n")
 
