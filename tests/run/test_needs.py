@@ -5,7 +5,14 @@ import pytest
 from PIL import Image
 
 from ploughval.limits import PICTURE_PIXELS
-from ploughval.run.needs import BASE_BYTES, BYTES_A_LOG_BYTE, BYTES_A_PIXEL, VIDEO_PIXELS, needed_bytes
+from ploughval.run.needs import (
+    BASE_BYTES,
+    BYTES_A_LOG_BYTE,
+    BYTES_A_PIXEL,
+    MOST_OF_LOGS,
+    VIDEO_PIXELS,
+    needed_bytes,
+)
 
 SETTINGS = """
 [test]
@@ -65,3 +72,10 @@ def test_a_film_counts_as_large_and_an_unknown_header_by_its_bytes(tmp_path, pho
     )
     assert needed_bytes(folder) == BASE_BYTES + pixels * BYTES_A_PIXEL
     assert pixels < PICTURE_PIXELS
+
+
+def test_long_logs_take_no_more_than_the_longest_that_are_read(tmp_path):
+    folder = folder_with(tmp_path, CELLS)
+    with (tmp_path / "log.csv").open("wb") as log:
+        log.truncate(400 << 20)  # holes take no room on the disk
+    assert needed_bytes(folder) == BASE_BYTES + MOST_OF_LOGS

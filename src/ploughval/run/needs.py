@@ -7,11 +7,12 @@ from ploughval.limits import PICTURE_PIXELS
 from ploughval.run.urls import is_url
 from ploughval.scene import Scene, load_scene
 
-BASE_BYTES = 450_000_000
-"""What a test without photographs takes with a short log: the libraries and the report."""
-BYTES_A_PIXEL = 80
-"""Of one photograph."""
-BYTES_A_LOG_BYTE = 8
+BASE_BYTES = 350_000_000
+"""What a test with small photographs and a short log takes: the libraries and the report."""
+BYTES_A_PIXEL = 55
+"""Of one photograph, however many there are."""
+BYTES_A_LOG_BYTE, MOST_OF_LOGS = 14, 1_600_000_000
+"""Long logs take less for each byte: the longest that are read are processed within 2 GB."""
 VIDEO_PIXELS = 8_300_000
 """A picture of a film whose size is not looked up."""
 
@@ -28,15 +29,16 @@ def needed_bytes(folder: str) -> int:
         return BASE_BYTES
     try:
         scene = load_scene(folder)
-        return BASE_BYTES + BYTES_A_PIXEL * _pixels(scene) + BYTES_A_LOG_BYTE * _log_bytes(scene)
+        return BASE_BYTES + BYTES_A_PIXEL * _pixels(scene) + _of_logs(scene)
     except Exception:  # whatever is wrong with a test, it will say so itself, and stop no other
         return BASE_BYTES
 
 
-def _log_bytes(scene: Scene) -> int:
+def _of_logs(scene: Scene) -> int:
     cells = scene.loadcells
     patterns = [] if cells is None else cells.log_patterns
-    return sum(path.stat().st_size for pattern in patterns for path in scene.matches(pattern))
+    held = sum(path.stat().st_size for pattern in patterns for path in scene.matches(pattern))
+    return min(BYTES_A_LOG_BYTE * held, MOST_OF_LOGS)
 
 
 def _pixels(scene: Scene) -> int:
