@@ -6,12 +6,17 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
+from typer.testing import CliRunner
 
+from ploughval.cli import app
 from ploughval.errors import DataError
-from ploughval.run import lock
+from ploughval.report import page
+from ploughval.run import lock, process_folder
 from ploughval.run.lock import locked
+from ploughval.synth import EXAMPLE, make_folder
 
 HOLD = """
 import sys
@@ -110,3 +115,40 @@ def test_a_lock_file_of_other_content_is_read_as_a_holder_unknown(tmp_path, hold
     path.write_text("[1]")
     with pytest.raises(DataError, match="it does not say which"), locked(tmp_path / "results"):
         pytest.fail("held by two")
+
+
+MODEL_AND_FORCE = {"photographs": False, "displacement_mm": 8.0, "rate_hz": 10.0, "rest_s": 3.0}
+
+
+@pytest.fixture(scope="module")
+def processed(tmp_path_factory):
+    """A test without photographs, and its results."""
+    folder = tmp_path_factory.mktemp("locked") / "test"
+    make_folder(folder, replace(EXAMPLE, seed=2, **MODEL_AND_FORCE))
+    process_folder(folder)
+    return folder
+
+
+def bytes_of(folder):
+    return {path.name: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.mark.parametrize("line", [["process"], ["process", "--fresh"], ["report"], ["fit"]], ids=" ".join)
+def test_a_command_is_refused_where_a_run_is_at_work_and_changes_nothing(processed, line):
+    results = processed / "results"
+    with locked(results):
+        before = bytes_of(results)
+        answer = CliRunner().invoke(app, [line[0], str(processed), *line[1:]])
+        assert bytes_of(results) == before
+    assert answer.exit_code == 2
+    assert f"another run is at work in it (process {os.getpid()} on " in answer.output
+    assert "Traceback" not in answer.output
+
+
+def test_a_page_elsewhere_and_a_run_elsewhere_do_not_ask_for_the_folder(processed, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "single_page", lambda results, progress: "a page")
+    with locked(processed / "results"):
+        page.write_report(processed / "results", out=tmp_path / "page.html")
+        process_folder(processed, out=tmp_path / "other")
+    assert (tmp_path / "page.html").read_text() == "a page"
+    assert (tmp_path / "other" / "run.json").is_file()

@@ -12,7 +12,7 @@ from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, S
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.run.lock import locked
 from ploughval.run.written import write_csv, write_json
-from ploughval.scene import Scene, load_scene
+from ploughval.scene import load_scene
 from ploughval.watch import Progress, unheard
 
 UNCOMPENSATED = (
@@ -67,35 +67,30 @@ def fit_folder(
         missing = "[soil]" if scene.soil is None else "[loadcells]"
         raise ConfigError(scene.source, [Fault(missing, "nothing", "a table", "A fit needs force and soil.")])
     results = scene.folder / "results" if results is None else results
-    measured = measure_force(scene)
-    curve = measured_curve(measured.record, scene.blade.depth_mm)
-    if curve is None:
-        log = ", ".join(scene.loadcells.log_patterns)
-        raise DataError("holds no motion of the blade: a fit needs a force history", path=log)
-    fitted = fit_soil(
-        curve.u_mm,
-        curve.force_N,
-        curve.noise_std_N,
-        scene,
-        parameters=parameters,
-        shared=shared_errors(curve, measured),
-        discrepancy=discrepancy,
-        extras=Extras(maps=True, samples=samples, progress=progress),
-    )
-    if measured.friction is None:
-        fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
     path = results / "fit.json"
     with locked(results):
-        _write_fit(scene, fitted, path)
+        measured = measure_force(scene)
+        curve = measured_curve(measured.record, scene.blade.depth_mm)
+        if curve is None:
+            log = ", ".join(scene.loadcells.log_patterns)
+            raise DataError("holds no motion of the blade: a fit needs a force history", path=log)
+        fitted = fit_soil(
+            curve.u_mm,
+            curve.force_N,
+            curve.noise_std_N,
+            scene,
+            parameters=parameters,
+            shared=shared_errors(curve, measured),
+            discrepancy=discrepancy,
+            extras=Extras(maps=True, samples=samples, progress=progress),
+        )
+        if measured.friction is None:
+            fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
+        write_json(path, {"test": scene.test.name, **fitted.to_json()})
+        write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
+        write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
+        write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
     return fitted, path
-
-
-def _write_fit(scene: Scene, fitted: SoilFit, path: Path) -> None:
-    results = path.parent
-    write_json(path, {"test": scene.test.name, **fitted.to_json()})
-    write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
-    write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
-    write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
 
 
 def shared_errors(curve: Curve, measured: ForceResult) -> SharedErrors:
