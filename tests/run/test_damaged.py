@@ -1,4 +1,7 @@
-"""Folders with one thing wrong: no internal error, what is lost is named, the rest is kept."""
+"""Folders with one thing wrong: no internal error, what is lost is named, the rest is kept.
+
+With `process` where the page has less to show, else without the page, which takes longer than the rest.
+"""
 
 import json
 import shutil
@@ -13,6 +16,7 @@ from PIL import Image
 from ploughval import process
 from ploughval.axes import Status
 from ploughval.errors import ConfigError
+from ploughval.run import process_folder
 from ploughval.synth import EXAMPLE, make_folder
 
 
@@ -77,7 +81,7 @@ def test_a_second_photograph_at_rest_stands_for_a_first_one_that_cannot_be_read(
     times = (folder / "photos.csv").read_text().splitlines()
     early = float(times[1].split(",")[1]) - 2.0
     (folder / "photos.csv").write_text("\n".join([*times, f"early.png,{early}"]) + "\n")
-    outcome = process(folder)
+    outcome = process_folder(folder)
     assert not outcome.complete
     assert [row["status"] for row in record(outcome)["frames"]] == ["lost", "ok", "ok", "ok", "ok"]
     assert any("frame 1 shows the sand at rest" in warning for warning in outcome.warnings)
@@ -92,7 +96,7 @@ def test_a_second_photograph_at_rest_stands_for_a_first_one_that_cannot_be_read(
 def test_a_photograph_with_a_time_that_is_not_there_makes_the_test_incomplete(folder):
     gone = photographs(folder)[2]
     gone.unlink()
-    outcome = process(folder)
+    outcome = process_folder(folder)
     assert not outcome.complete
     assert any(gone.name in fault and "not there" in fault for fault in outcome.faults)
     assert {row["status"] for row in record(outcome)["frames"]} == {"ok"}
@@ -112,7 +116,7 @@ def test_photographs_that_stand_still_while_the_log_moves_are_doubted(folder):
     first, *others = photographs(folder)
     for path in others:
         shutil.copy(first, path)
-    outcome = process(folder)
+    outcome = process_folder(folder)
     assert any("differ by" in warning for warning in outcome.warnings)
 
 
@@ -121,7 +125,7 @@ def test_a_tip_outside_the_picture_is_refused(folder):
     line = next(row for row in text.splitlines() if row.startswith("tip_px"))
     change(folder, line, "tip_px = [56.7, 1e6]")
     with pytest.raises(ConfigError, match="tip_px"):
-        process(folder)
+        process_folder(folder)
 
 
 def test_the_wrong_direction_is_named_not_passed_over(folder):
@@ -136,34 +140,34 @@ def test_results_never_take_the_place_of_the_tests_own_files(folder):
     change(folder, 'log = "loadcells.csv"', 'log = "force.csv"')
     before = (folder / "force.csv").read_bytes()
     with pytest.raises(ConfigError, match=r"force\.csv"):
-        process(folder, out=folder)
+        process_folder(folder, out=folder)
     assert (folder / "force.csv").read_bytes() == before
 
 
 def test_a_refused_run_leaves_earlier_results_and_a_started_one_does_not_claim_them(folder):
-    outcome = process(folder)
+    outcome = process_folder(folder)
     change(folder, "depth_mm = 30.0", "depth_mm = -30.0")
     with pytest.raises(ConfigError):
-        process(folder)
+        process_folder(folder)
     assert (outcome.results / "run.json").is_file()
     change(folder, "depth_mm = -30.0", "depth_mm = 29.0")
-    again = process(folder)
+    again = process_folder(folder)
     assert record(again)["settings"]["blade"]["depth_mm"] == 29.0
 
 
 def test_another_log_does_not_redo_the_photographs(folder):
-    first = process(folder)
+    first = process_folder(folder)
     before = record(first)["inputs"]
     (kept,) = (first.results / ".store").glob("window-*.npz")
     log = folder / "loadcells.csv"
     log.write_text("\n".join(log.read_text().splitlines()[:-3]) + "\n")
-    again = process(folder)
+    again = process_folder(folder)
     assert list((again.results / ".store").glob("window-*.npz")) == [kept]
     after = record(again)["inputs"]
     assert [name for name in before if after[name] != before[name]] == ["loadcells.csv"]
     photograph = photographs(folder)[-1]
     shutil.copy(photographs(folder)[1], photograph)
-    changed = process(folder)
+    changed = process_folder(folder)
     assert list((changed.results / ".store").glob("window-*.npz")) != [kept]
 
 
@@ -177,5 +181,5 @@ def test_synth_does_not_write_over_a_real_test(folder):
 
 def test_a_travel_shorter_than_a_photograph_interval_still_has_its_files(folder):
     change(folder, "[tracers]", "[model]\ndisplacement_mm = 1e-6\n\n[tracers]")
-    outcome = process(folder)
+    outcome = process_folder(folder)
     assert np.isfinite(pd.read_csv(outcome.results / "model" / "force.csv")["force_N"]).all()

@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from ploughval import load_scene, process
+from ploughval import load_scene
 from ploughval.photos import calibrate, open_frames
+from ploughval.run import process_folder
 from ploughval.run.walk import watch
 from ploughval.synth import EXAMPLE, load_truth, make_folder
 
@@ -41,7 +42,7 @@ def made(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def outcomes(made):
-    return {name: process(made / name) for name in ("still", "creeping", "turning")}
+    return {name: process_folder(made / name) for name in ("still", "creeping", "turning")}
 
 
 def errors_px(made, outcome):
@@ -119,7 +120,7 @@ def test_markers_that_are_not_there_cost_nothing_but_a_note(made, tmp_path):
     start = text.index("fixed_px = [")
     end = text.index("]\n]", start) if "]\n]" in text[start:] else text.index("\n]", start)
     toml.write_text(text[:start] + "fixed_px = [[60.0, 90.0], [90.0, 95.0], [130.0, 92.0]]" + text[end + 2 :])
-    outcome = process(tmp_path / "test")
+    outcome = process_folder(tmp_path / "test")
     said = notes(outcome)
     assert "fixed marker 0: nothing round of radius 5 px" in said
     assert outcome.complete
