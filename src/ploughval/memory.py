@@ -54,5 +54,7 @@ def shortage(error: BaseException) -> str:
     >>> shortage(MemoryError("Unable to allocate 3 GiB"))[:43]
     'out of memory (Unable to allocate 3 GiB). G'
     """
-    what = " ".join(str(error).split())
+    what = " ".join(
+        str(getattr(error, "err", error)).split()
+    )  # OpenCV's alone, without its place in the source
     return f"out of memory ({what}). {REMEDY}" if what else f"out of memory. {REMEDY}"
