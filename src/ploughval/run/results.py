@@ -24,7 +24,7 @@ from ploughval.run.noise import noise_record
 from ploughval.run.pattern import pattern_record
 from ploughval.run.practice import good_practice, shot_of
 from ploughval.run.tables import blade_table
-from ploughval.run.written import write_aside, write_csv, write_json
+from ploughval.run.written import sync_folder, write_aside, write_csv, write_json
 from ploughval.scene import Scene
 
 MODEL_FILES = ("force", "bands", "layers", "surface")
@@ -96,6 +96,7 @@ def forget(folder: Path) -> None:
     for name in ("run.json", "report.html"):
         with suppress(OSError):
             (folder / name).unlink(missing_ok=True)
+    sync_folder(folder)  # before any other file changes
 
 
 def refuse_inputs(scene: Scene, folder: Path, found: Findings) -> None:

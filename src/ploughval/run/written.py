@@ -47,7 +47,7 @@ def write_aside(path: Path, write: Callable[[Path], object]) -> None:
                 os.fsync(file.fileno())
             temporary.chmod(0o644)
             temporary.replace(path)
-            _sync_folder(path.parent)
+            sync_folder(path.parent)
     finally:
         if temporary is not None:
             with suppress(OSError):
@@ -62,7 +62,7 @@ def clean_aside(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Make a rename last beyond a loss of power; where a folder cannot be synced, the system sees to it."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
