@@ -145,6 +145,7 @@ class Trial:
         self._folder, self._page = folder, page
         self._test, self._out = folder / "test", folder / "out"
         self._settings, self._told = self._test / "test.toml", folder / "acts.json"
+        folder.mkdir(parents=True)
         make_folder(self._test, SMALL)
         plain = self._settings.read_text("utf-8")
         self._settings.write_text(plain + EARLIER, encoding="utf-8")
@@ -308,19 +309,27 @@ def quick_acts(trial: Trial) -> list[tuple[Act, bool]]:
     ]
 
 
-def judged(trial: Trial, places: int, moments: int) -> list[dict[str, Any]]:
-    """Kill at so many acts and after so many times; a row each, printed as it comes."""
-    both = [(act, earlier) for earlier in (False, True) for act in chosen(trial.acts[earlier], places // 2)]
-    rows = [_row(f"{a.kind} {a.number}: {a.name}", e, trial.faults_at(a, earlier=e)) for a, e in both]
-    if moments:
-        whole = trial.spent()
-        for moment in range(moments):
-            after, earlier = whole * (moment + 0.5) / moments, bool(moment % 2)
-            rows.append(
-                _row(
-                    f"after {after:.2f} s of {whole:.2f}", earlier, trial.faults_after(after, earlier=earlier)
-                )
-            )
+def all_acts(trial: Trial, places: int) -> list[tuple[Act, bool]]:
+    """So many acts, half of them over an earlier run's results."""
+    return [(act, earlier) for earlier in (False, True) for act in chosen(trial.acts[earlier], places // 2)]
+
+
+def killed_at(trial: Trial, acts: Sequence[tuple[Act, bool]]) -> list[dict[str, Any]]:
+    """Kill at acts, each over an earlier run's results or not; a row each, printed as it comes."""
+    return [
+        _row(f"{act.kind} {act.number}: {act.name}", earlier, trial.faults_at(act, earlier=earlier))
+        for act, earlier in acts
+    ]
+
+
+def killed_after(trial: Trial, moments: int) -> list[dict[str, Any]]:
+    """Kill the command line after so many times, evenly over a whole run; a row each."""
+    whole = trial.spent()
+    rows = []
+    for moment in range(moments):
+        after, earlier = whole * (moment + 0.5) / moments, bool(moment % 2)
+        place = f"after {after:.2f} s of {whole:.2f}"
+        rows.append(_row(place, earlier, trial.faults_after(after, earlier=earlier)))
     return rows
 
 
@@ -335,21 +344,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--places", type=int, default=48, help="acts to die at")
     parser.add_argument("--moments", type=int, default=20, help="times after which the command is killed")
-    parser.add_argument(
-        "--page", action="store_true", help="write the report itself, not a word in its place"
-    )
     parser.add_argument("--quick", action="store_true", help="a few acts that matter, and no times")
     given = parser.parse_args(argv)
     cv2.setNumThreads(1)  # threads do not outlive a fork
+    rows = []
     with tempfile.TemporaryDirectory() as scratch:
-        trial = Trial(Path(scratch), write_single if given.page else quick_page)
-        if given.quick:
-            rows = [
-                _row(f"{act.kind} {act.number}: {act.name}", earlier, trial.faults_at(act, earlier=earlier))
-                for act, earlier in quick_acts(trial)
-            ]
-        else:
-            rows = judged(trial, given.places, given.moments)
+        if given.quick or given.places:
+            trial = Trial(Path(scratch) / "acts", quick_page)
+            rows += killed_at(trial, quick_acts(trial) if given.quick else all_acts(trial, given.places))
+        if given.moments and not given.quick:
+            rows += killed_after(Trial(Path(scratch) / "moments", write_single), given.moments)
     bad = [row for row in rows if row["faults"]]
     print(f"{len(rows)} kills, {len(bad)} of them with faults")
     return 1 if bad else 0
