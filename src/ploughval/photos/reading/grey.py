@@ -30,7 +30,7 @@ def to_grey(samples: Samples, channel: Channel = "grey") -> Samples:
     if samples.ndim == 3 and channel == "grey":
         grey = np.empty(samples.shape[:2], samples.dtype)
         for top in range(0, len(grey), ROWS):  # colours of a large picture are not held twice
-            part = np.ascontiguousarray(samples[top : top + ROWS])
+            part = cast(Samples, np.ascontiguousarray(samples[top : top + ROWS]))
             grey[top : top + ROWS] = cv2.cvtColor(part, cv2.COLOR_RGB2GRAY)
         return cast(Samples, grey)
     if samples.ndim == 3:
