@@ -84,9 +84,12 @@ def _out_of(place: str, wrap: Callable[[str], str] = lambda name: f'"{name}"') -
             place,
             "an existing file" if "letters" in what else "a path inside the test folder",
         )
-        if "letters" in what and place in ("camera.photos", "loadcells.empty", "loadcells.calibration.files"):
+        if "letters" in what and place in ("camera.photos", "loadcells.calibration.files"):
             told = ("test.toml", place, "at least one file that matches")
-        found.append(Case(f"path: {place} {what}", setting(place, wrap(name)), told))
+        codes: tuple[int, ...] = (2,)
+        if "letters" in what and place == "loadcells.empty":  # a run that is missing costs that run alone
+            told, codes = ("no file matches", "[loadcells] empty"), (1,)
+        found.append(Case(f"path: {place} {what}", setting(place, wrap(name)), told, codes))
     return found
 
 
@@ -228,13 +231,13 @@ def _permissions() -> list[Case]:
     told = ("ermission",)
     return [
         Case("permission: a photograph", closed(PHOTOGRAPH), (*told, "0002"), (1,), _MEASURED),
-        Case("permission: the photographs", closed("photos"), ("test.toml", "camera.photos")),
+        Case("permission: the photographs", closed("photos"), (*told, "test.toml", "camera.photos")),
         Case("permission: the log", closed("loadcells.csv"), (*told, "loadcells.csv"), (1, 2)),
         Case("permission: the times", closed("photos.csv"), (*told, "photos.csv")),
         Case("permission: test.toml", closed("test.toml"), (*told, "test.toml")),
         Case("permission: the folder", closed("."), ("test.toml",)),
-        Case("permission: the empty runs", closed("empty"), ("loadcells.empty",), (1, 2)),
-        Case("permission: names alone of the photographs", closed("photos", 0o444), ("camera.photos",)),
+        Case("permission: the empty runs", closed("empty"), ("[loadcells] empty", *told), (1,), _MEASURED),
+        Case("permission: names alone of the photographs", closed("photos", 0o444), (*told, "camera.photos")),
         Case("permission: names alone of the folder", closed(".", 0o444), ("test.toml",)),
         Case("permission: an empty run", closed("empty/run1.csv"), (*told, "run1.csv"), (1,), _MEASURED),
         Case("permission: the results", _no_results, ("cannot be written", *told)),

@@ -1,6 +1,7 @@
 """What is wrong with a test.toml, in words: unknown keys, wrong units, impossible values, missing files."""
 
 import difflib
+import itertools
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -251,8 +252,23 @@ def file_faults(data: Values, folder: Path) -> list[Fault]:
         faults += _unusable(place, folder, found)
         if not found and not place.startswith("loadcells.empty"):
             expected = "at least one file that matches" if is_pattern else "an existing file"
-            faults.append(Fault(place, _shown(name), expected, _near(folder, name)))
+            faults.append(Fault(place, _shown(name), expected, denied(folder, name) or _near(folder, name)))
     return faults
+
+
+def denied(folder: Path, pattern: str) -> str:
+    """Which folder on the way to a pattern's files may not be read, in words; empty where each may."""
+    for depth in range(len(Path(pattern).parts)):
+        place = folder.joinpath(*Path(pattern).parts[:depth])
+        try:
+            with os.scandir(place) as entries:
+                for entry in itertools.islice(entries, 1):
+                    entry.stat(follow_symlinks=False)
+        except PermissionError:
+            return f"Permission denied: {place} may not be read; allow it."
+        except OSError:  # no folder: a wildcard, or not there
+            return ""
+    return ""
 
 
 def _named(folder: Path, name: str) -> list[Path]:

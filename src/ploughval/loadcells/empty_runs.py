@@ -11,6 +11,7 @@ from ploughval.loadcells.response import CellResponse
 from ploughval.loadcells.run_log import RunLog, arrays_of
 from ploughval.loadcells.zero import Zero
 from ploughval.scene import LoadCells, Scene
+from ploughval.scene_faults import denied
 
 SPEED_DIFFERS = 0.1
 """Relative difference of two speeds that is said."""
@@ -42,7 +43,9 @@ def read_empty(scene: Scene, cells: LoadCells, faults: list[str], lost: list[str
     logs = set(log_paths(scene, cells))
     for pattern in cells.empty:
         if not scene.matches(pattern):
-            lost.append(f"empty-box run left out: no file matches {pattern!r} of [loadcells] empty")
+            said = f"empty-box run left out: no file matches {pattern[:80]!r} of [loadcells] empty"
+            why = denied(scene.folder, pattern)
+            lost.append(f"{said}. {why}" if why else said)
         lost += [
             f"empty-box run left out: {path}: is no file but a link, pipe or device"
             for path in scene.not_files(pattern)
