@@ -13,6 +13,7 @@ import xarray as xr
 
 from ploughval import axes
 from ploughval.compare import metrics_mapping
+from ploughval.disk import unwritable
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 from ploughval.model import History
@@ -147,9 +148,13 @@ class _Writer:
 
 
 def netcdf_bytes(dataset: xr.Dataset, encoding: dict[str, Any]) -> bytes:
-    """A dataset as a NetCDF file in memory: HDF5 itself, on a disk that fills up, ends the process."""
+    """A dataset as a NetCDF file in memory: HDF5 itself, on a disk that fills up, ends the process.
+
+    Without HDF5's cache of chunks, which places them in the file when an array's handle is let go: whoever
+    holds one a moment longer, as a profiler does, would change the file's bytes.
+    """
     buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
+    with h5netcdf.File(buffer, "w", rdcc_nbytes=0) as file:
         dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
     return buffer.getvalue()
 
@@ -206,6 +211,9 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
         Blade displacements at which layers and surface are wanted (NaN skipped), numbered as frames; empty:
         an even spread over the run.
     """
+    with unwritable(folder):  # a disk that fills up must leave no tables of two runs
+        for name in MODEL_FILES:
+            (folder / f"{name}.csv").unlink(missing_ok=True)
     write_csv(folder / "force.csv", history.force, axes.MODEL_FORCE_COLUMNS)
     write_csv(folder / "bands.csv", history.bands, axes.BAND_COLUMNS)
     end = float(history.force["u_mm"].iloc[-1])
