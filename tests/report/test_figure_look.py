@@ -227,16 +227,10 @@ def test_a_way_to_call_every_exported_plot_function_is_known(calls):
     assert sorted(calls) == PLOTS
 
 
-def test_a_figure_comes_back_and_nothing_else_changes(plot):
-    before = settings()
-    for width in (None, 84.0):
-        if width is None:
-            drawn = plot()
-        else:
-            with paper_look(width):
-                drawn = plot()
-        assert isinstance(drawn, Figure)
-        assert settings() == before
+def test_a_figure_comes_back_and_nothing_else_changes(at_width):
+    for width_mm in (None, 84.0):
+        figure, _ = at_width(width_mm)
+        assert isinstance(figure, Figure)
 
 
 def test_no_plot_function_needs_pyplot():
