@@ -222,6 +222,17 @@ def test_a_full_disk_ends_simulate_with_a_message(size_kB, folder, small_disk):
     assert scraps(place) == []
 
 
+def test_a_disk_that_fills_up_leaves_no_tables_of_two_model_runs(folder, small_disk):
+    place = small_disk("size=4M")
+    assert run("simulate", folder, "--out", place / "out", "--displacement", 20).exit_code == 0
+    earlier = results_in(place / "out")
+    small_disk(f"size={sum(map(len, earlier.values())) // 1024 + 40}k")
+    assert told_once(run("simulate", folder, "--out", place / "out", "--displacement", 60), place)
+    left = results_in(place / "out")
+    assert left
+    assert not set(left.values()) & set(earlier.values())
+
+
 @pytest.mark.parametrize("size_kB", [4, 80])
 def test_a_test_made_half_is_no_test_and_the_same_command_makes_it_whole(size_kB, small_disk):
     place = small_disk(f"size={size_kB}k")

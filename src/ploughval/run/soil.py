@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ploughval.compare.force.curve import Curve, measured_curve
 from ploughval.compare.force.parted import parted
+from ploughval.disk import unwritable
 from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import ForceResult, measure_force
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
@@ -86,10 +87,12 @@ def fit_folder(
         )
         if measured.friction is None:
             fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
-        write_json(path, {"test": scene.test.name, **fitted.to_json()})
+        with unwritable(path):  # it says that the tables are there: it goes first and comes last
+            path.unlink(missing_ok=True)
         write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
         write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
         write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
+        write_json(path, {"test": scene.test.name, **fitted.to_json()})
     return fitted, path
 
 
