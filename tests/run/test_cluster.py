@@ -11,7 +11,7 @@ import pytest
 
 from ploughval.errors import DataError, MissingExtraError
 from ploughval.run.child import Task
-from ploughval.run.cluster import run_on_cluster
+from ploughval.run.cluster import ClusterRun, run_on_cluster
 from ploughval.run.pool import Hearers
 from ploughval.run.process import process_folder
 from ploughval.run.ranges import Pace
@@ -177,3 +177,75 @@ def test_without_the_extra_its_line_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match=r"ploughval\[cluster\]"):
         run([(tmp_path, None)], "tcp://127.0.0.1:9")
+
+
+class KilledWorker(Exception):  # noqa: N818 - the name that dask has
+    """What dask raises for a task at which its workers died."""
+
+
+class Ended:
+    """A range that ended."""
+
+    def __init__(self, key, status, value=None):
+        self.key, self.status, self._value = key, status, value
+
+    def add_done_callback(self, hear):
+        hear(self)
+
+    def exception(self):
+        return self._value
+
+    def result(self):
+        return self._value
+
+
+class Client:
+    """A cluster of two threads in which ranges end as they are told to, by their keys."""
+
+    def __init__(self, ends, threads=2):
+        self.ends, self.threads, self.keys = ends, threads, []
+
+    def ncores(self):
+        return {"w": self.threads} if self.threads else {}
+
+    def submit(self, _, told, *, key, **__):
+        self.keys.append("-".join(key.split("-")[2:]))
+        return self.ends(self.keys[-1], key, told)
+
+
+def ended(client, count, tmp_path):
+    results = {}
+    tasks = [Task(k, str(tmp_path / f"t{k}"), None, {}) for k in range(count)]
+    ClusterRun(client, JOB, Hearers(results.__setitem__), Pace()).all(tasks)
+    return results
+
+
+def test_a_test_that_kills_workers_is_given_up_and_one_beside_it_is_not(tmp_path):
+    def ends(name, key, told):
+        if name in ("0-10", "1-10", "1-10-alone"):
+            return Ended(key, "error", KilledWorker())
+        return Ended(key, "finished", {"worker": "w", "refused": "no log"})
+
+    client = Client(ends)
+    results = ended(client, 3, tmp_path)
+    assert str(results[0]) == str(results[2]) == "no log"
+    assert "t1: given up: one worker after the other died at it" in str(results[1])
+    assert client.keys == ["0-10", "1-10", "2-10", "0-10-alone", "1-10-alone"]
+
+
+def test_a_lost_scheduler_ends_every_test_that_is_left(tmp_path):
+    results = ended(Client(lambda name, key, told: Ended(key, "cancelled")), 4, tmp_path)
+    assert list(results) == [0, 1, 2, 3]
+    assert all("connection to the scheduler was lost; what is done stays" in str(r) for r in results.values())
+
+
+def test_a_cluster_that_lost_all_workers_is_not_waited_for_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr("ploughval.run.cluster.TURN_S", 0.01)
+    monkeypatch.setattr("ploughval.run.cluster.WORKERS_S", 0.03)
+
+    class Never(Ended):
+        def add_done_callback(self, hear):
+            pass
+
+    results = ended(Client(lambda name, key, told: Never(key, "pending"), threads=0), 2, tmp_path)
+    assert all("no worker was there for 0.03 s" in str(result) for result in results.values())

@@ -1,8 +1,11 @@
 """Tests and ranges of their frames on a dask cluster that is there."""
 
-from collections.abc import Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
+import logging
+import queue
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,12 +17,16 @@ from ploughval.run.answers import ElsewhereError, result_of
 from ploughval.run.child import Task
 from ploughval.run.pool import Hearers
 from ploughval.run.ranges import Pace, Reached
+from ploughval.run.staging import copy_name
 from ploughval.run.urls import is_url, joined, shown
 
 ANSWER_S = 10
 """How long a scheduler has to answer, s."""
 WORKERS_S = 30
 """How long to wait for a first worker, s."""
+TURN_S = 5.0
+"""Between two looks whether there still are workers, s."""
+STAYS = "what is done stays: run it again to go on"
 _TOLD = 3  # workers that a message names
 
 
@@ -51,12 +58,26 @@ def run_on_cluster(
     DataError
         When the scheduler does not answer, has no workers, or one of them has other versions.
     """
-    client = _connected(scheduler)
+    with _quiet():
+        client = _connected(scheduler)
+        try:
+            _refuse_workers(client, scheduler)
+            ClusterRun(client, job, hearers, pace or Pace()).all(tasks)
+        finally:
+            client.close()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what dask's client logs of a lost scheduler or worker, which is told here; not with --debug."""
+    logger = logging.getLogger("distributed.client")
+    before = logger.level
+    if not logger.isEnabledFor(logging.DEBUG):
+        logger.setLevel(logging.CRITICAL)
     try:
-        _refuse_workers(client, scheduler)
-        _Run(client, job, hearers, pace or Pace()).all(tasks)
+        yield
     finally:
-        client.close()
+        logger.setLevel(before)
 
 
 @dataclass(slots=True)
@@ -68,32 +89,84 @@ class _Test:
     beacon: Path | None
     workers: list[str] = field(default_factory=list)
     frames: int = 0
+    alone: bool = False  # no other is worked on meanwhile
 
 
-class _Run:
-    """Gives ranges to a cluster and hears what became of them."""
+class ClusterRun:
+    """Gives ranges to a cluster and hears what became of them.
+
+    As many tests are on their way as the cluster has threads. When a worker dies dask blames all that was
+    assigned to it: a test that it gives up is tried once more alone, so that it is the one to blame.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    job : str
+        As of :func:`run_on_cluster`, like the others.
+    hearers : Hearers
+    pace : Pace
+    """
 
     def __init__(self, client: Any, job: str, hearers: Hearers, pace: Pace) -> None:
         self._client, self._job, self._hearers, self._pace = client, job, hearers, pace
         self._name = f"ploughval-{uuid4().hex[:12]}"
         self._identity = cluster_work.identity()
-        self._going: dict[str, _Test] = {}
+        self._waiting: deque[Task] = deque()
+        self._suspects: deque[_Test] = deque()
+        self._going: dict[str, tuple[_Test, Any]] = {}
+        self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
     def all(self, tasks: Sequence[Task]) -> None:
         """Work on all of them."""
-        distributed: Any = import_module("distributed")
+        self._waiting.extend(tasks)
         try:
-            first = [self._submit(self._begun(task)) for task in tasks]
-            futures = distributed.as_completed(first, loop=self._client.loop)
-            del first
-            for future in futures:
-                test = self._going.pop(future.key)
-                following = self._taken(test, future)
-                if following is not None:
-                    futures.add(following)
+            while self._fill():
+                future = self._next()
+                if future is None:
+                    return self._give_up(f"no worker was there for {WORKERS_S} s")
+                if future.status not in ("finished", "error"):
+                    return self._give_up("the connection to the scheduler was lost")
+                test, _ = self._going.pop(future.key)
+                self._take(test, future)
         finally:
-            for test in self._going.values():
+            for test, _ in self._going.values():
                 _unlit(test)
+
+    def _fill(self) -> bool:
+        """Hand over tests as far as there are threads for them; whether one is on its way."""
+        if self._waiting and not any(test.alone for test, _ in self._going.values()):
+            room = max(self._threads(), 1)  # without a worker one test waits for the next
+            while self._waiting and len(self._going) < room:
+                self._submit(self._begun(self._waiting.popleft()))
+        if self._suspects and not self._going:
+            self._submit(replace(self._suspects.popleft(), alone=True))
+        return bool(self._going)
+
+    def _next(self) -> Any:
+        """The next range that ended; None where no worker is there for long."""
+        without_s = 0.0
+        while without_s < WORKERS_S:
+            try:
+                return self._done.get(timeout=TURN_S)
+            except queue.Empty:
+                without_s = 0.0 if self._threads() else without_s + TURN_S
+        return None
+
+    def _threads(self) -> int:
+        try:
+            return sum(self._client.ncores().values())
+        except Exception:  # whatever it is, the ranges that are on their way end with it
+            return 0
+
+    def _give_up(self, why: str) -> None:
+        """Tell of all tests that are left why nothing becomes of them."""
+        tests = [test for test, _ in self._going.values()] + list(self._suspects)
+        for test in tests:
+            _unlit(test)
+        left = [*(test.task for test in tests), *self._waiting]
+        for task in sorted(left, key=lambda one: one.index):
+            error = DataError(f"not done: {why}; {STAYS}", path=shown(task.folder))
+            self._hearers.finished(task.index, error)
 
     def _begun(self, task: Task) -> _Test:
         folder = task.folder if is_url(task.folder) else str(Path(task.folder).resolve())
@@ -112,20 +185,22 @@ class _Run:
         }
         return _Test(task, told, beacon)
 
-    def _submit(self, test: _Test) -> Any:
+    def _submit(self, test: _Test) -> None:
         """Hand a range over: earlier tests first, where the last range was, if that worker is still there."""
-        key = f"{self._name}-{test.task.index}-{test.told['frame']}"
-        self._going[key] = test
+        alone = "-alone" if test.alone else ""
+        key = f"{self._name}-{test.task.index}-{test.told['frame']}{alone}"
         last = test.workers[-1:]
         kept = {"workers": last, "allow_other_workers": True} if last else {}
         options = {"key": key, "pure": False, "priority": -test.task.index, **kept}
-        return self._client.submit(cluster_work.work, test.told, **options)
+        future = self._client.submit(cluster_work.work, test.told, **options)
+        self._going[key] = test, future
+        future.add_done_callback(self._done.put)
 
-    def _taken(self, test: _Test, future: Any) -> Any:
-        """Take in what became of a range; what follows it, or None at the end of the test."""
-        answer = _answer(future, test.told["folder"])
-        if isinstance(answer, Exception):
-            return self._end(test, answer)
+    def _take(self, test: _Test, future: Any) -> None:
+        """Take in what became of a range, and hand over what follows it."""
+        if future.status == "error":
+            return self._blame(test, future.exception())
+        answer = dict(future.result())
         worker = answer.pop(cluster_work.WORKER)
         test.workers = [*(w for w in test.workers if w != worker), worker]
         if cluster_work.RANGE not in answer:
@@ -133,8 +208,20 @@ class _Run:
         reached = Reached(**answer[cluster_work.RANGE])
         test.frames = max(test.frames, reached.frames)
         self._tell(test, reached.frame)
+        test.alone = False  # it has not killed its worker in this range
         test.told = {**test.told, "frame": self._pace.after(reached), "fresh": False}
         return self._submit(test)
+
+    def _blame(self, test: _Test, error: BaseException) -> None:
+        """Try a test once more alone when workers died, maybe at another one; then give it up."""
+        if type(error).__name__ != "KilledWorker":
+            return self._end(test, ElsewhereError(f"{type(error).__name__}: {error}"))
+        if not test.alone:
+            self._suspects.append(test)
+            return None
+        told = "given up: one worker after the other died at it"
+        remedy = "give workers more memory, or look into their logs"
+        return self._end(test, DataError(f"{told}; {remedy}; {STAYS}", path=shown(test.told["folder"])))
 
     def _tell(self, test: _Test, frame: int) -> None:
         if self._hearers.watched is not None and test.frames:
@@ -153,24 +240,8 @@ class _Run:
         there = set(self._client.ncores())
         others = [worker for worker in test.workers if worker in there]
         if others:
-            places = test.told["folder"], test.told["out"]
-            self._client.run(cluster_work.forget, *places, workers=others, on_error="ignore")
-
-
-def _answer(future: Any, folder: str) -> dict[str, Any] | Exception:
-    """What a worker answered, or how there is no answer."""
-    if future.status == "finished":
-        return dict(future.result())
-    stays = "what is done stays: run it again to go on"
-    if future.status != "error":
-        return DataError(f"the connection to the scheduler was lost; {stays}", path=shown(folder))
-    error = future.exception()
-    if type(error).__name__ == "KilledWorker":
-        remedy = "give workers more memory, or look into their logs"
-        last = error.last_worker.address
-        told = f"given up, for one worker after the other died at it, the last of them {last}"
-        return DataError(f"{told}; {remedy}; {stays}", path=shown(folder))
-    return ElsewhereError(f"{type(error).__name__}: {error}")
+            copy = copy_name(test.told["folder"], test.told["out"])
+            self._client.run(cluster_work.forget, copy, workers=others, on_error="ignore")
 
 
 def _connected(address: str) -> Any:

@@ -14,7 +14,7 @@ from ploughval.run.answers import answer_of
 from ploughval.run.outcome import Outcome
 from ploughval.run.places import SETTINGS, folder_of
 from ploughval.run.ranges import Reached, advance
-from ploughval.run.staging import Staged
+from ploughval.run.staging import Staged, remove_copy
 from ploughval.run.urls import is_url
 
 RANGE, WORKER = "range", "worker"
@@ -65,10 +65,9 @@ def work(told: dict[str, Any]) -> dict[str, Any]:
     return {WORKER: worker.address, **answer_of(answer)}
 
 
-def forget(folder: str, out: str) -> None:
-    """Remove the copy of a test from this worker's disk."""
-    distributed: Any = import_module("distributed")
-    Staged(folder, out, Path(distributed.get_worker().local_directory)).remove()
+def forget(copy: str, *, dask_worker: Any) -> None:
+    """Remove the copy of a test, by its name, from this worker's disk."""
+    remove_copy(Path(dask_worker.local_directory), copy)
 
 
 def _advance(told: dict[str, Any], worker: Any) -> Reached | Outcome:

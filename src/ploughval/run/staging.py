@@ -53,9 +53,8 @@ class Staged:
     """
 
     def __init__(self, folder: Path | str, out: Path | str | None, scratch: Path) -> None:
-        folder = _without_settings(folder) if is_url(folder) else Path(folder).resolve()
-        out = joined(folder, "results") if out is None else out if is_url(out) else Path(out).resolve()
-        self._marker = f"ploughval-{key_of(str(folder), str(out))[:16]}"
+        folder, out = _places(folder, out)
+        self._marker = copy_name(folder, out)
         self._base = scratch / self._marker
         self._test = self._mirror(folder, "test")
         self._results = self._mirror(out, "results")
@@ -105,7 +104,7 @@ class Staged:
 
     def remove(self) -> None:
         """Remove the copy."""
-        shutil.rmtree(self._base, ignore_errors=True)
+        remove_copy(self._base.parent, self._marker)
 
     @contextmanager
     def named(self) -> Iterator[None]:
@@ -194,6 +193,23 @@ class Staged:
             faults=tuple(map(self.outside, outcome.faults)),
             warnings=tuple(map(self.outside, outcome.warnings)),
         )
+
+
+def copy_name(folder: Path | str, out: Path | str | None) -> str:
+    """The name that a copy of a test has in scratch: on every machine the same, and without secrets."""
+    return f"ploughval-{key_of(*map(str, _places(folder, out)))[:16]}"
+
+
+def remove_copy(scratch: Path, name: str) -> None:
+    """Remove a copy by its name."""
+    shutil.rmtree(scratch / name, ignore_errors=True)
+
+
+def _places(folder: Path | str, out: Path | str | None) -> tuple[Path | str, Path | str]:
+    """Test and result folder: URLs without what changes nothing, paths from the root."""
+    test = _without_settings(folder) if is_url(folder) else Path(folder).resolve()
+    results = joined(test, "results") if out is None else out
+    return test, str(results).rstrip("/") if is_url(results) else Path(results).resolve()
 
 
 def wanted_files(data: Mapping[str, Any], names: Iterable[str]) -> dict[str, int]:
