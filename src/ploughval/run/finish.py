@@ -9,7 +9,7 @@ import numpy as np
 from ploughval.run.findings import Findings
 from ploughval.run.provenance import file_digest
 from ploughval.run.results import forget, run_record
-from ploughval.run.stages import PAGE, STAGES, page_key
+from ploughval.run.stages import PAGE, STAGES, WINDOW, page_key
 from ploughval.run.store import Store
 from ploughval.run.written import clean_aside, write_aside, write_json
 from ploughval.scene import Scene
@@ -18,6 +18,7 @@ Page = Callable[[Path], Path]
 """Writes the report page of a result folder and returns its path."""
 RECORD, REPORT = "run.json", "report.html"
 QUICK = "always: it takes less time than reading what was kept"
+RESUMED = "went on from the photographs that an interrupted run had done"
 _TITLES = {stage.name: stage.title for stage in STAGES} | {PAGE: "report"}
 _NOT_SHOWN = ("folder", "timings_s")  # parts of the record that a page does not show
 _READ = (".csv", ".json", ".nc")  # files of a result folder that a page may show
@@ -74,6 +75,9 @@ def stage_notes(found: Findings, kept: Store) -> dict[str, dict[str, Any]]:
         if name in kept.told:
             found_it, why = kept.told[name]
             notes[title] = {"done": "reused" if found_it else "run", "why": why}
+    pieces = (found_it for name, (found_it, _) in kept.told.items() if name.startswith("walk-"))
+    if any(pieces):
+        notes[WINDOW.title]["why"] = RESUMED
     return notes
 
 
