@@ -27,9 +27,15 @@ BIG = replace(
 )
 
 
-def make_big(folder: Path, options: SynthOptions = BIG, *, spacing_px: float = SPACING_PX) -> Truth:
-    """Make a test whose photographs have the size of SHAPE, with the spacing of the points in test.toml."""
-    truth = make_folder(folder, framed(options))
+def make_big(
+    folder: Path,
+    options: SynthOptions = BIG,
+    *,
+    spacing_px: float = SPACING_PX,
+    shape: tuple[int, int] = SHAPE,
+) -> Truth:
+    """Make a test whose photographs are ``shape`` (rows, columns), with the points' spacing in test.toml."""
+    truth = make_folder(folder, framed(options, shape))
     with (folder / "test.toml").open("a", encoding="utf-8") as settings:
         settings.write(f"\n[piv]\nspacing_px = {spacing_px}\n")
     return truth
