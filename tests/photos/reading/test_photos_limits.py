@@ -108,9 +108,7 @@ def test_samples_that_are_no_grey_levels_are_refused_by_the_header(tmp_path):
 
 def test_samples_of_16_bits_that_unpack_to_more_than_memory_should_hold_are_refused_unread(tmp_path):
     (tmp_path / "a.png").write_bytes(png(9_000, 9_200, bits=16, colours=6))
-    with pytest.raises(
-        DataError, match=r"it unpacks to 994 MB with 4 samples a pixel; expected at most 960"
-    ):
+    with pytest.raises(DataError, match=r"it unpacks to 994 MB with 4 samples a pixel; expected at most 960"):
         decode(tmp_path / "a.png")
 
 
