@@ -12,6 +12,7 @@ import pytest
 from ploughval.errors import DataError, MissingExtraError
 from ploughval.run.child import Task
 from ploughval.run.cluster import ClusterRun, run_on_cluster
+from ploughval.run.cluster_work import refuse_unseen, settings_digest
 from ploughval.run.pool import Hearers
 from ploughval.run.process import process_folder
 from ploughval.run.ranges import Pace
@@ -136,11 +137,27 @@ def test_urls_give_the_same_bytes_and_leave_no_copy(tests, cluster, tmp_path):
     assert not list(scratch.glob("ploughval-*/*"))
 
 
-def test_a_worker_that_sees_another_folder_says_so(tests, cluster, tmp_path, monkeypatch):
-    monkeypatch.setattr("ploughval.run.cluster.cluster_work.settings_digest", lambda folder: "other")
+def test_a_worker_that_sees_another_result_folder_says_so(tests, cluster, tmp_path, monkeypatch):
     monkeypatch.setattr("ploughval.run.cluster._beacon", lambda *_: tmp_path / "not there")
     results, _ = run([(tests / "bare", tmp_path / "o")], cluster.scheduler_address)
-    assert "not the same folder on the worker" in str(results[0])
+    assert "o: is not the same folder on the worker" in str(results[0])
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(("name", "what"), [("bad", "holds another test.toml"), ("none", "is not seen")])
+def test_a_worker_that_sees_another_test_or_none_says_so(tests, name, what):
+    told = {"folder": str(tests / name), "settings": settings_digest(str(tests / "bare")), "seen": ""}
+    with pytest.raises(DataError, match=f"{name}: {what} on the worker tcp://w; put it on a file system"):
+        refuse_unseen(told, "tcp://w")
+
+
+def test_an_unforeseen_error_comes_back_without_the_password(cluster, monkeypatch):
+    def breaks(told, worker):
+        raise RuntimeError(f"what now, {told['folder']}: hunter2")
+
+    monkeypatch.setattr("ploughval.run.cluster_work._advance", breaks)
+    results, _ = run([("nfs://me:hunter2@host/a", "nfs://me:hunter2@host/o")], cluster.scheduler_address)
+    assert str(results[0]) == "RuntimeError: what now, nfs://host/a: ***"
 
 
 def test_workers_of_other_code_are_refused_before_anything_runs(tests, cluster, tmp_path, monkeypatch):

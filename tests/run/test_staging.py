@@ -116,3 +116,16 @@ def test_an_error_names_the_url_and_no_copy_of_any_machine(folder, tmp_path):
 def test_two_result_folders_of_one_test_have_copies_of_their_own(folder, tmp_path):
     first, second = (staged(folder, tmp_path, f"file://{tmp_path}/{name}") for name in ("a", "b"))
     assert first.folder != second.folder
+
+
+@pytest.mark.parametrize("out", ["", "/empty"])
+def test_results_are_not_put_over_the_tests_own_files(folder, tmp_path, out):
+    (folder / "test.toml").write_text(SETTINGS.replace("loadcells.csv", f"{out}/force.csv".strip("/")))
+    (folder / out.strip("/") / "force.csv").write_text("measured")
+    with pytest.raises(ConfigError, match=r"--out: got file://.* apart from the test's own force\.csv"):
+        staged(folder, tmp_path, f"file://{folder}{out}").bring()
+
+
+def test_a_local_test_needs_no_copy_for_results_on_the_same_machine(folder, tmp_path):
+    test = Staged(folder, f"file://{tmp_path}/out", tmp_path / "scratch")
+    assert (test.is_remote, test.out) == (False, tmp_path / "out")

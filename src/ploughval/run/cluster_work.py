@@ -15,7 +15,7 @@ from ploughval.run.outcome import Outcome
 from ploughval.run.places import SETTINGS, folder_of
 from ploughval.run.ranges import Reached, advance
 from ploughval.run.staging import Staged, remove_copy
-from ploughval.run.urls import is_url
+from ploughval.run.urls import is_url, without_secrets
 
 RANGE, WORKER = "range", "worker"
 _ONE = threading.Lock()  # a process works on one test at a time: figures and caches are the process's
@@ -59,7 +59,9 @@ def work(told: dict[str, Any]) -> dict[str, Any]:
             answer = _advance(told, worker)
     except Exception as error:  # every error is an answer: dask would print what it was told, secrets too
         logging.getLogger(__name__).debug("internal error", exc_info=True)
-        return {WORKER: worker.address, **answer_of(error)}
+        places = told["folder"], told["out"]
+        texts = {kind: without_secrets(text, *places) for kind, text in answer_of(error).items()}
+        return {WORKER: worker.address, **texts}
     if isinstance(answer, Reached):
         return {WORKER: worker.address, RANGE: asdict(answer)}
     return {WORKER: worker.address, **answer_of(answer)}

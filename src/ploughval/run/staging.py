@@ -150,6 +150,7 @@ class Staged:
         test.fetch({SETTINGS: settings})
         limits = wanted_files(_raw_settings(test.here / SETTINGS), there)
         self._refuse_large(limits, there)
+        self._refuse_inputs(limits)
         named = {SETTINGS: settings, **{name: there[name] for name in limits}}
         test.fetch(named)
         test.keep_only(named)
@@ -162,6 +163,15 @@ class Staged:
                 raise DataError(
                     f"{told}. Keep only the part of the test in it", path=f"{self._folder_shown}/{name}"
                 )
+
+    def _refuse_inputs(self, names: Iterable[str]) -> None:
+        """Refuse a result folder in which a file of the test itself would be written over."""
+        inputs = {f"{self._folder_shown}/{name}" for name in names}
+        taken = [name for name in FILES if f"{self._out_shown}/{name}" in inputs]
+        if taken:
+            expected = f"a folder apart from the test's own {', '.join(taken)}"
+            fault = Fault("--out", self._out_shown, expected, "Choose another place.")
+            raise ConfigError(f"{self._folder_shown}/{SETTINGS}", [fault])
 
     def _local(self) -> set[str]:
         """Files of the result folder here that are results or kept for later."""
@@ -209,6 +219,8 @@ def _places(folder: Path | str, out: Path | str | None) -> tuple[Path | str, Pat
     """Test and result folder: URLs without what changes nothing, paths from the root."""
     test = _without_settings(folder) if is_url(folder) else Path(folder).resolve()
     results = joined(test, "results") if out is None else out
+    if not is_url(test):
+        results = str(results).removeprefix("file://")  # where the test is, no copy is needed
     return test, str(results).rstrip("/") if is_url(results) else Path(results).resolve()
 
 

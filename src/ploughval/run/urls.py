@@ -39,19 +39,18 @@ def shown(place: Path | str) -> str:
     return f"{protocol}://{host.rpartition('@')[2]}{slash}{path}".rstrip("/")
 
 
-def without_secrets(text: str, place: Path | str) -> str:
-    """A text in which neither the URL's password nor its query stands.
+def without_secrets(text: str, *places: Path | str) -> str:
+    """A text in which neither the URLs' passwords nor their queries stand.
 
     >>> without_secrets("login with p%40ss (p@ss) failed", "sftp://me:p%40ss@host/a")
     'login with *** (***) failed'
     """
-    if not is_url(place):
-        return text
-    text = text.replace(str(place), shown(place))
-    parts = urlsplit(str(place))
-    for secret in (parts.query, parts.netloc.rpartition("@")[0].partition(":")[2]):
-        for form in {secret, unquote(secret)} - {""}:
-            text = text.replace(form, "***")
+    for place in filter(is_url, places):
+        text = text.replace(str(place), shown(place))
+        parts = urlsplit(str(place))
+        for secret in (parts.query, parts.netloc.rpartition("@")[0].partition(":")[2]):
+            for form in {secret, unquote(secret)} - {""}:
+                text = text.replace(form, "***")
     return text
 
 
