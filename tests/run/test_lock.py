@@ -56,7 +56,7 @@ def test_a_holder_that_is_killed_leaves_no_lock_behind(tmp_path, holder):
     assert (results / ".store" / "lock").is_file()
     with locked(results):
         pass
-    assert not results.exists()
+    assert list(results.iterdir()) == []
 
 
 def test_a_second_run_of_the_same_process_is_refused_too(tmp_path):
@@ -74,6 +74,11 @@ def test_nothing_of_the_lock_is_left_and_nothing_else_is_taken(tmp_path):
     with locked(tmp_path):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["kept.csv"]
+    (tmp_path / "empty").mkdir()
+    for name in ("empty", "new"):
+        with locked(tmp_path / name):
+            pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty", "kept.csv"]
 
 
 def test_a_lock_whose_file_was_removed_by_the_last_holder_is_taken_anew(tmp_path, monkeypatch):

@@ -41,13 +41,16 @@ def locked(results: Path) -> Iterator[None]:
     DataError
         When another run holds the folder, saying which; or when the folder cannot be written.
     """
-    path = results / CACHE / LOCK
+    path, there = results / CACHE / LOCK, results.is_dir()
     with unwritable(path):
         file = _own(path)
     try:
         yield
     finally:
         _leave(path, file)
+        if not there:
+            with suppress(OSError):
+                results.rmdir()
 
 
 def _own(path: Path) -> int:
@@ -138,11 +141,10 @@ def _holder(file: int) -> str:
 
 
 def _leave(path: Path, file: int) -> None:
-    """Remove the lock's file while it is still held, let go, and take back folders that stayed empty."""
+    """Remove the lock's file while it is still held, let go, and take back its folder if that stayed empty."""
     with suppress(OSError):
         if _is_same(path, file):
             path.unlink()
     os.close(file)
-    for folder in (path.parent, path.parent.parent):
-        with suppress(OSError):
-            folder.rmdir()
+    with suppress(OSError):
+        path.parent.rmdir()
