@@ -141,7 +141,7 @@ def _holder(file: int) -> str:
 
 
 def _leave(path: Path, file: int) -> None:
-    """Remove the lock's file while it is still held, let go, and take back its folder if that stayed empty."""
+    """Remove the file while it is still held, let go, and take back its folder if that stayed empty."""
     with suppress(OSError):
         if _is_same(path, file):
             path.unlink()
