@@ -87,11 +87,6 @@ class Tracker:
         )
 
     @property
-    def started(self) -> bool:
-        """Whether it has points."""
-        return self._state is not None
-
-    @property
     def reference_frames(self) -> tuple[int, ...]:
         """Frames that are held as references, in order."""
         return tuple(sorted(self._references.held))
