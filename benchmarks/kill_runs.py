@@ -296,7 +296,6 @@ QUICK = (  # kind of act, on what, and whether over an earlier run's results
     ("stage", "photographs 3 of 4", True),
     ("half", "window", False),
     ("unlink", "report.html", True),
-    ("before", "bands", False),
     ("after", "run.json", True),
 )
 

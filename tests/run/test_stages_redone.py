@@ -23,8 +23,10 @@ def page(results):
 def processed(tmp_path_factory):
     """A test folder with results, the numbers of which every case starts from."""
     folder = tmp_path_factory.mktemp("redone") / "test"
-    photographs = {"frames": 4, "displacement_mm": 8.0, "mm_per_px": 0.4, "ahead_mm": 60.0}
-    make_folder(folder, replace(EXAMPLE, seed=2, rate_hz=10.0, rest_s=3.0, **photographs))
+    photographs = {"frames": 3, "displacement_mm": 8.0, "mm_per_px": 0.4, "ahead_mm": 60.0}
+    make_folder(
+        folder, replace(EXAMPLE, seed=2, rate_hz=10.0, rest_s=3.0, layers_mm=(10.0, 20.0), **photographs)
+    )
     with (folder / "test.toml").open("a") as file:
         file.write("\n[compare]\ndraws = 16\n\n[piv]\nspacing_px = 30.0\n")
     outcome = process_folder(folder, page=page)
@@ -99,7 +101,7 @@ CASES = {
     "an empty run": (a_number("empty/run1.csv"), {"force", "compare", "report"}),
     "piv": (setting("piv", "subset_px = 29"), {"photographs", "bands", "compare", "report"}),
     "tracers": (
-        setting("tracers", "layers_mm = [5.0, 15.0, 20.0, 25.0]"),
+        setting("tracers", "layers_mm = [10.0, 15.0]"),
         {"photographs", "bands", "compare", "report"},
     ),
     "a photograph": (photograph, {"photographs", "bands", "compare", "report"}),
