@@ -15,11 +15,11 @@ import numpy as np
 
 from ploughval import load_scene
 from ploughval.photos import calibrate, open_frames
-from ploughval.run.photographs import EVERY_S
-from ploughval.run.pieces import Piece
-from ploughval.run.store import Key, Store
-from ploughval.run.walk import Walk
-from ploughval.run.walk_looks import Series
+from ploughval.run.kept.store import Key, Store
+from ploughval.run.walk.looks import Series
+from ploughval.run.walk.photographs import EVERY_S
+from ploughval.run.walk.pieces import Piece
+from ploughval.run.walk.walk import Walk
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -21,8 +21,8 @@ from pathlib import Path
 
 from big_sequence import BIG, framed
 from ploughval import process
-from ploughval.run.child import Task
-from ploughval.run.pool import Hearers, Pool
+from ploughval.run.many.child import Task
+from ploughval.run.many.pool import Hearers, Pool
 from ploughval.synth import EXAMPLE, make_folder
 
 RECIPE = replace(EXAMPLE, frames=8, displacement_mm=16.0)

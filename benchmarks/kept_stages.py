@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ploughval import process
-from ploughval.run.stages import PAGE, STAGES
+from ploughval.run.kept.stages import PAGE, STAGES
 
 FILES = {stage.title: stage.name for stage in STAGES} | {"report": PAGE}
 

@@ -21,10 +21,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-import ploughval.run.photographs
+import ploughval.run.walk.photographs
 from ploughval.report import write_single
 from ploughval.run import process_folder
-from ploughval.run.written import write_text
+from ploughval.run.kept.written import write_text
 from ploughval.synth import EXAMPLE, make_folder
 
 SMALL = replace(
@@ -164,7 +164,7 @@ class Trial:
         heard: list[Act] = []
 
         def work() -> None:
-            ploughval.run.photographs.EVERY_S = 0.0  # a piece of the walk after every photograph
+            ploughval.run.walk.photographs.EVERY_S = 0.0  # a piece of the walk after every photograph
             acts = Acts(at, heard.append)
             acts.install()
             process_folder(self._test, out=out, page=self._page, progress=acts.progress)

@@ -19,8 +19,8 @@ from scipy.spatial import cKDTree
 from ploughval.axes import BAND_COLUMNS, FORCE_COLUMNS, LAYER_COLUMNS
 from ploughval.compare import Comparison, compare_test
 from ploughval.model import History, simulate
-from ploughval.run.store import CACHE
-from ploughval.run.window import WindowRecord
+from ploughval.run.kept.store import CACHE
+from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene, Soil, load_scene
 from ploughval.synth import load_truth
 

@@ -21,7 +21,7 @@ from pathlib import Path
 import pandas as pd
 
 from big_sequence import BIG, SPACING_PX, first_frames, make_big
-from ploughval.run.photographs import walk_to
+from ploughval.run.walk.photographs import walk_to
 from ploughval.synth import EXAMPLE, make_folder
 
 TESTS = 10_000

@@ -9,7 +9,7 @@ from ploughval.errors import DataError
 from ploughval.outcomes import Outcomes, names_of, summary_lines
 from ploughval.progress import Lines
 from ploughval.run import Outcome
-from ploughval.run.answers import ElsewhereError, LostError
+from ploughval.run.many.answers import ElsewhereError, LostError
 from ploughval.talk import Talk
 
 METRICS = {

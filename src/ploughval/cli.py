@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ploughval.outcomes import Outcomes, outcome_row
-from ploughval.run.machine import processors
+from ploughval.run.many.machine import processors
 from ploughval.stopping import listen
 from ploughval.talk import (
     DONE,
@@ -138,8 +138,8 @@ def process(
     Several are worked on side by side, each in a process of its own; one that fails does not stop the others.
     """
     with command(as_json) as talk, said_once():
-        from ploughval.run.pool import Hearers
-        from ploughval.run.workers import Share, run_all, share_of
+        from ploughval.run.many.pool import Hearers
+        from ploughval.run.many.workers import Share, run_all, share_of
 
         with shown_progress(talk) as progress:
             share = Share(1, 1) if scheduler else share_of(folders, workers or processors())

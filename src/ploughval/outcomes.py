@@ -8,9 +8,9 @@ from typing import Any
 
 from ploughval.progress import Stages, duration
 from ploughval.refusals import refusal_of
-from ploughval.run.answers import ElsewhereError, LostError
-from ploughval.run.places import folder_of
-from ploughval.run.urls import last_name, shown
+from ploughval.run.many.answers import ElsewhereError, LostError
+from ploughval.run.many.places import folder_of
+from ploughval.run.remote.urls import last_name, shown
 from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk
 from ploughval.watch import Progress
 

@@ -7,7 +7,7 @@ import pytest
 
 from ploughval.run.findings import Findings
 from ploughval.run.finish import QUICK, RESUMED, clear, finish, reused, stage_notes
-from ploughval.run.store import Key, Store
+from ploughval.run.kept.store import Key, Store
 from ploughval.scene import load_scene
 
 KEY, OTHER = Key.of(code="1"), Key.of(code="2")

@@ -13,7 +13,7 @@ from ploughval.run.tables import (
     tracks_dataset,
     with_calibration_std,
 )
-from ploughval.run.window import WindowRecord
+from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene
 
 SCENE = Scene.model_validate(

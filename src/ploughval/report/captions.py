@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from ploughval.report.attached import guarded
-from ploughval.run.written import write_text
+from ploughval.run.kept.written import write_text
 
 NAMES = ("captions.md", "captions.csv")
 _HEAD = ("figure", "chapter", "caption", "alternative_text", "data", "width_mm", "height_mm")

@@ -29,7 +29,7 @@ from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter
-from ploughval.run.written import write_aside
+from ploughval.run.kept.written import write_aside
 
 COLUMN_MM = 84.0
 FORMATS = ("svg", "png")

@@ -26,8 +26,8 @@ from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
-from ploughval.run.lock import locked
-from ploughval.run.written import write_text
+from ploughval.run.kept.lock import locked
+from ploughval.run.kept.written import write_text
 from ploughval.watch import Progress, one_step, unheard
 
 PAGE_NAME = "report.html"

@@ -13,9 +13,9 @@ from ploughval.model import History
 from ploughval.photos import Calibration, FrameSeries
 from ploughval.photos.pattern import Pattern
 from ploughval.run.clock import Displacement
-from ploughval.run.noise import curve_from
-from ploughval.run.pattern import pattern_from
-from ploughval.run.window import WindowRecord
+from ploughval.run.walk.noise import curve_from
+from ploughval.run.walk.pattern import pattern_from
+from ploughval.run.walk.window import WindowRecord
 from ploughval.tracers import BandFindings
 
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ploughval.run.findings import Findings
+from ploughval.run.kept.stages import PAGE, STAGES, WINDOW, page_key
+from ploughval.run.kept.store import Store
+from ploughval.run.kept.written import clean_aside, write_aside, write_json
 from ploughval.run.provenance import file_digest
 from ploughval.run.results import forget, run_record
-from ploughval.run.stages import PAGE, STAGES, WINDOW, page_key
-from ploughval.run.store import Store
-from ploughval.run.written import clean_aside, write_aside, write_json
 from ploughval.scene import Scene
 
 Page = Callable[[Path], Path]

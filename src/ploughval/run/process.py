@@ -22,15 +22,15 @@ from ploughval.run.clock import frame_displacement
 from ploughval.run.doubts import doubts, heap_doubts, lean_doubt, outside_log
 from ploughval.run.findings import Findings
 from ploughval.run.finish import Page, clear, finish, reused
-from ploughval.run.first_frame import first_frame
-from ploughval.run.lock import locked
+from ploughval.run.kept.lock import locked
+from ploughval.run.kept.snapshots import from_arrays, to_arrays
+from ploughval.run.kept.stages import BANDS, COMPARE, FORCE, Stage, digest_of, force_key, stage_key
+from ploughval.run.kept.store import Key, Store
 from ploughval.run.outcome import Outcome
-from ploughval.run.photographs import Photographs
 from ploughval.run.results import refuse_inputs, write_results
-from ploughval.run.snapshots import from_arrays, to_arrays
-from ploughval.run.stages import BANDS, COMPARE, FORCE, Stage, digest_of, force_key, stage_key
-from ploughval.run.store import Key, Store
-from ploughval.run.window import WindowRecord
+from ploughval.run.walk.first_frame import first_frame
+from ploughval.run.walk.photographs import Photographs
+from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene, Step, load_scene
 from ploughval.tracers import BandFindings, area_balance, find_bands, layers_from_tracks
 from ploughval.watch import Progress, one_step, unheard

@@ -48,7 +48,7 @@ def code_digest(*rooms: str) -> str:
     Parameters
     ----------
     *rooms : str
-        Packages and modules, such as ``piv`` and ``run.window``; none: all there is, templates too.
+        Packages and modules, such as ``piv`` and ``run.walk.window``; none: all there is, templates too.
     """
     root = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256()

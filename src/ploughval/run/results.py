@@ -20,12 +20,12 @@ from ploughval.model import History
 from ploughval.photos.calibration.file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
+from ploughval.run.kept.written import sync_folder, write_aside, write_csv, write_json
 from ploughval.run.load_cells import force_at_frames, load_cell_record
-from ploughval.run.noise import noise_record
-from ploughval.run.pattern import pattern_record
 from ploughval.run.practice import good_practice, shot_of
 from ploughval.run.tables import blade_table
-from ploughval.run.written import sync_folder, write_aside, write_csv, write_json
+from ploughval.run.walk.noise import noise_record
+from ploughval.run.walk.pattern import pattern_record
 from ploughval.scene import Scene
 
 MODEL_FILES = ("force", "bands", "layers", "surface")

@@ -11,8 +11,8 @@ from ploughval.errors import ConfigError, DataError, Fault
 from ploughval.loadcells import ForceResult, measure_force
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
-from ploughval.run.lock import locked
-from ploughval.run.written import write_csv, write_json
+from ploughval.run.kept.lock import locked
+from ploughval.run.kept.written import write_csv, write_json
 from ploughval.scene import load_scene
 from ploughval.watch import Progress, unheard
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Status, unit_of
 from ploughval.photos import Calibration
-from ploughval.run.window import WindowRecord
+from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]

@@ -7,10 +7,10 @@ import pytest
 
 from ploughval.photos.pattern import texture_of
 from ploughval.photos.reading.exif import Shot
-from ploughval.run.noise import NO_NOISE
-from ploughval.run.pattern import NO_TEXTURE, texture_arrays
 from ploughval.run.practice.equipment import camera_rows, pattern_rows, shot_of
 from ploughval.run.practice.rows import Source
+from ploughval.run.walk.noise import NO_NOISE
+from ploughval.run.walk.pattern import NO_TEXTURE, texture_arrays
 from ploughval.synth import sand_texture
 
 from .conftest import SCALE, U_MM

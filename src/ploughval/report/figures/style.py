@@ -15,7 +15,7 @@ from PIL import Image
 
 from ploughval.report.figures import look
 from ploughval.report.figures.svg import compact, escaped
-from ploughval.run.written import write_aside
+from ploughval.run.kept.written import write_aside
 
 P = ParamSpec("P")
 R = TypeVar("R")

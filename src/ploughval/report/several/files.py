@@ -11,7 +11,7 @@ import pandas as pd
 from ploughval.axes import BAND_COLUMNS, unit_of
 from ploughval.report.attached import guarded
 from ploughval.report.several.findings import SeveralFindings
-from ploughval.run.written import write_csv, write_json
+from ploughval.run.kept.written import write_csv, write_json
 
 COLUMNS = ("chapter", "group", "test", "metric", "unit", "quantity", "value")
 WORDS = COLUMNS[:-1]

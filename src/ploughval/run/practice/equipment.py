@@ -9,9 +9,9 @@ from ploughval.photos import Calibration, FrameSeries
 from ploughval.photos.pattern import Pattern
 from ploughval.photos.reading.exif import Shot
 from ploughval.run.findings import Findings
-from ploughval.run.noise import curve_from
-from ploughval.run.pattern import LEAST_ACROSS, grain_advice
 from ploughval.run.practice.rows import NAN, Group, Row, Source, told, untold
+from ploughval.run.walk.noise import curve_from
+from ploughval.run.walk.pattern import LEAST_ACROSS, grain_advice
 from ploughval.scene import Camera, Scene
 from ploughval.tracers.points import spacing_px
 

@@ -13,12 +13,12 @@ from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
 from ploughval.photos.pattern import Pattern, pattern_of, texture_of
 from ploughval.piv import Tracks, correlate
 from ploughval.run.doubts import lean_doubt
-from ploughval.run.first_frame import first_frame
-from ploughval.run.pattern import grain_advice
 from ploughval.run.setup.check_findings import Ledger, Level
 from ploughval.run.setup.check_guesses import check_guesses
 from ploughval.run.setup.check_settings import Settings
-from ploughval.run.steadied import FixedMarkers
+from ploughval.run.walk.first_frame import first_frame
+from ploughval.run.walk.pattern import grain_advice
+from ploughval.run.walk.steadied import FixedMarkers
 from ploughval.scene import Scene, Step
 from ploughval.tracers import PointSet, Sight, Watcher, place_points
 

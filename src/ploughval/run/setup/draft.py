@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ploughval.errors import ConfigError, Fault, PloughvalError
+from ploughval.run.kept.written import write_text
 from ploughval.run.setup.draft_camera import camera_text, tracers_text
 from ploughval.run.setup.draft_cells import loadcells_text
 from ploughval.run.setup.draft_facts import Found
@@ -13,7 +14,6 @@ from ploughval.run.setup.draft_lines import ask, offer, quoted
 from ploughval.run.setup.guess_scale import ScaleGuess, guess_scale
 from ploughval.run.setup.guesses import NOTHING, Guesses, guess
 from ploughval.run.setup.survey import Survey, survey
-from ploughval.run.written import write_text
 from ploughval.scene import Blade, Soil
 
 log = logging.getLogger(__name__)

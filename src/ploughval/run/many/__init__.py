@@ -1,0 +1,1 @@
+"""Several tests on one machine: where each goes, what it needs, and the processes that work on them."""

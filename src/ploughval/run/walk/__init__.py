@@ -1,0 +1,1 @@
+"""The one walk through the photographs: looked at, followed, left and gone on with."""
