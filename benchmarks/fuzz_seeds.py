@@ -72,6 +72,14 @@ def _pictures() -> list[Reader]:
         "webp": ("webp", _picture("WEBP", colour)),
         "gif": ("gif", _picture("GIF", grey, save_all=True, append_images=[Image.fromarray(255 - grey)])),
         "bmp": ("bmp", _picture("BMP", grey)),
+        "png of 16 bits, colours": (
+            "png",
+            cv2.imencode(".png", np.dstack([deep, deep // 2, deep // 3]))[1].tobytes(),
+        ),
+        "jpeg 2000, colours of 16 bits": (
+            "jp2",
+            cv2.imencode(".jp2", rng.integers(0, 65535, (64, 64, 3)).astype(np.uint16))[1].tobytes(),
+        ),
         "jpeg 2000": ("jp2", cv2.imencode(".jp2", rng.integers(0, 255, (64, 64), np.uint8))[1].tobytes()),
     }
 

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from ploughval.errors import DataError
-from ploughval.limits import PICTURE_BYTES, PICTURE_PIXELS, PICTURES, read_limited
+from ploughval.limits import PICTURE_PIXELS, PICTURES
 from ploughval.memory import raise_shortage
-from ploughval.photos.reading import gif, raw, tiff, video
+from ploughval.photos.reading import gif, jpeg2000, raw, tiff, video
+from ploughval.photos.reading.deep_png import decode_deep_png
 from ploughval.photos.reading.exif import PNG_MAGIC, load_png, read_tags
 from ploughval.photos.reading.grey import Channel, Samples, to_grey
-from ploughval.photos.reading.header import Header, refuse_large_shape, refuse_samples
+from ploughval.photos.reading.header import Header, refuse_large_shape
 from ploughval.photos.reading.pillow import samples_of
 
 DECODING_BYTES = 8 * PICTURE_PIXELS
@@ -29,7 +30,6 @@ DECODING_BYTES = 8 * PICTURE_PIXELS
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
 ENDINGS |= video.ENDINGS | {".jp2", ".webp"}
 _JPEG_MAGIC = b"\xff\xd8\xff"
-_JPEG2000_MAGIC = (b"\0\0\0\x0cjP  ", b"\xff\x4f\xff\x51")
 _BROKEN = (
     OSError,
     ValueError,
@@ -46,7 +46,6 @@ _BROKEN = (
     tifffile.TiffFileError,
     cv2.error,
 )
-_TOO_LARGE = "Save it anew, cropped or without what is not the picture."
 # Pillow warns from half of the size on that is refused here
 warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
 
@@ -141,14 +140,10 @@ def _samples(path: Path, start: bytes, page: int, channel: Channel) -> Samples:
         return video.VideoFile(path, channel).read(page)
     if start[:4] in tiff.MAGIC:
         return tiff.decode_tiff(path, page)
-    wavelets = start.startswith(_JPEG2000_MAGIC)
-    if _png_bits(start) == 16 or wavelets:
-        with Image.open(path) as image:
-            refuse_large_shape(*image.size)
-            # OpenJPEG unpacks to 32 bits whatever the depth; OpenCV holds some rows of a PNG twice
-            refuse_samples(*image.size, len(image.getbands()), 4 if wavelets else 3)
-        # Pillow keeps 8 of the 16 bits of colours
-        return _decode_opencv(read_limited(path, PICTURE_BYTES, _TOO_LARGE))
+    if start.startswith(jpeg2000.MAGIC):
+        return jpeg2000.decode_jpeg2000(path)
+    if _png_bits(start) == 16:
+        return decode_deep_png(path)
     return _decode_pillow(path, page, luma=channel == "grey")
 
 
@@ -170,21 +165,12 @@ def _png_bits(start: bytes) -> int:
     return start[24] if start.startswith(PNG_MAGIC) and len(start) > 24 else 0
 
 
-def _jpeg2000_bits(path: Path) -> int:
-    """8 or 16, from the image header box or the size marker (ISO 15444-1, annexes I and A)."""
-    with path.open("rb") as file:
-        start = file.read(512)
-    box = start.find(b"ihdr")
-    place = box + 14 if box >= 0 else start.find(b"\xff\x51") + 40
-    return 16 if (start[place] & 0x7F) + 1 > 8 else 8
-
-
 def _pillow_header(path: Path, start: bytes) -> Header:
     with Image.open(path) as image:
         if image.format == "GIF":
             return gif.gif_header(image)
         if image.format == "JPEG2000":
-            bits = _jpeg2000_bits(path)
+            bits = jpeg2000.bits_of(path)
         else:
             bits = _png_bits(start) or (16 if image.mode.startswith("I;16") else 8)
         tags = read_tags(image.getexif if image.format != "PNG" else lambda: load_png(path))
@@ -199,11 +185,3 @@ def _decode_pillow(path: Path, page: int, *, luma: bool) -> Samples:
         if luma and image.format in ("JPEG", "MPO"):
             image.draft("L", image.size)  # the stored luma itself: same rule, half the time
         return samples_of(image)
-
-
-def _decode_opencv(data: bytes) -> Samples:
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise ValueError("truncated or damaged, or samples that are not 8 or 16 bit")
-    image = image[..., 0] if image.ndim == 3 and image.shape[2] < 3 else image
-    return image[..., 2::-1] if image.ndim == 3 else image  # type: ignore[return-value]
