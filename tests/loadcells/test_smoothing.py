@@ -154,3 +154,10 @@ def test_a_loss_that_is_only_noise_has_the_stated_standard_deviation():
     gradient = np.array([6.0, -7.0])
     # 60 000 rows over a kernel of 6.6 rows are some 3 000 independent ones: 1.3 % of a standard deviation.
     assert (gradient @ found.lost).std() == pytest.approx(found.lost_std(gradient, noise), rel=0.06)
+
+
+def test_a_bandwidth_far_below_that_of_the_record_gives_its_mean_and_costs_no_memory():
+    readings = both(np.sin(clock()))
+    found = smooth(clock(), readings, 1e-9)
+    np.testing.assert_allclose(found.readings - readings.mean(axis=1, keepdims=True), 0.0, atol=1e-12)
+    assert found.noise_share == pytest.approx(1 / (2 * clock().size - 1))

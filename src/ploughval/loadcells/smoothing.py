@@ -91,7 +91,7 @@ def smooth(time_s: Floats, readings: Floats, bandwidth_Hz: float) -> Smoothed:
     once = _convolved(slot, readings, rows)
     wider_band = _convolved(slot, readings, rows / 2)
     lost = (4 / 3) * (wider_band - once)
-    return Smoothed(once, float((_kernel(rows) ** 2).sum()), lost)
+    return Smoothed(once, float((_kernel(rows, int(slot[-1])) ** 2).sum()), lost)
 
 
 def kernel_std_s(bandwidth_Hz: float) -> float:
@@ -103,9 +103,9 @@ def kernel_std_s(bandwidth_Hz: float) -> float:
     return float(np.sqrt(np.log(2.0) / 4.0) / (np.pi * bandwidth_Hz))
 
 
-def _kernel(rows: float) -> Floats:
-    """Weights of a Gaussian kernel of so many rows, symmetric, of sum 1."""
-    reach = int(np.ceil(_REACH * rows))
+def _kernel(rows: float, most: int) -> Floats:
+    """Weights of a Gaussian kernel of so many rows, symmetric, of sum 1; no wider than the record."""
+    reach = int(min(np.ceil(_REACH * rows), most))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / rows) ** 2)
     return np.asarray(weights / weights.sum())
 
@@ -114,7 +114,7 @@ def _convolved(slot: NDArray[np.int64], readings: Floats, rows: float) -> Floats
     """Weighted means about every row, one stretch without a long pause at a time."""
     from scipy.signal import oaconvolve
 
-    kernel = _kernel(rows)
+    kernel = _kernel(rows, int(slot[-1]))
     result = np.full_like(readings, np.nan)
     # a pause longer than the kernel reaches parts the record: no memory is spent on it
     breaks = np.flatnonzero(np.diff(slot) > 2 * _REACH * rows) + 1
