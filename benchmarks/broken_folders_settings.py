@@ -233,6 +233,14 @@ def _geometry() -> list[Case]:
     ]
 
 
+_WINDOW = (
+    setting("camera.window.thickness_mm", "12.0"),
+    setting("camera.window.distance_mm", "900.0"),
+    setting("camera.window.points_on", '"inside"'),
+)
+_MARKERS = (setting("camera.markers.fixed_px", "[[20, 20], [200, 20], [20, 60]]"),)
+
+
 def _absurd() -> list[Case]:
     """Numbers that no laboratory has: lengths and scales are refused, with the rest the run ends well."""
     largest = {
@@ -248,9 +256,19 @@ def _absurd() -> list[Case]:
         Case(f"absurd: {key} is 1e9", setting(key, "1e9"), ("test.toml", key, f"at most {most}"))
         for key, most in largest.items()
     ]
+    refused += [
+        Case(f"absurd: {key} is {value}", together(*beside, setting(key, value)), ("test.toml", key, limit))
+        for key, value, limit, beside in (
+            ("camera.window.thickness_mm", "1e9", "at most 1000", _WINDOW),
+            ("camera.window.distance_mm", "1e-9", "at least 1", _WINDOW),
+            ("camera.markers.radius_px", "1e9", "at most 10000", _MARKERS),
+            ("camera.markers.radius_px", "1e-9", "at least 2", _MARKERS),
+        )
+    ]
     borne = [(key, most) for key, most in largest.items() if key != "camera.mm_per_px"]
     borne += [(key, "1e-9") for key in largest if key not in ("blade.depth_mm", "camera.mm_per_px")]
     borne += [(key, value) for key in ("blade.speed_mm_s", "soil.surcharge_kPa") for value in ("1e9", "1e-9")]
+    borne += [("loadcells.bandwidth_Hz", value) for value in ("1e9", "1e-9")]
     return refused + [
         Case(f"absurd: {key} is {value}", setting(key, value), (), (0, 1), ("force.csv",), slow=True)
         for key, value in borne

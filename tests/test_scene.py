@@ -10,6 +10,7 @@ from ploughval.scene import Camera, Interval, Scene, Soil, Step, load_scene
 
 TEST = '[test]\nname = "t"\n[blade]\ndepth_mm = 30\nwidth_mm = 218.0\n'
 SOIL = "[soil]\nunit_weight_kN_m3 = 16\npeak_friction_deg = 50\nresidual_friction_deg = 32\n"
+WINDOW = 'window = {thickness_mm = 12, distance_mm = 900, points_on = "inside"}\n'
 CAMERA = '[camera]\nphotos = "photos/*.png"\nmm_per_px = 0.125\ntip_px = [199.5, 599.5]\n'
 CELLS = (
     '[loadcells]\nlog = "loadcells.csv"\nempty = ["empty/*.csv"]\nspacing_mm = 150\nlower_to_tip_mm = 260\n'
@@ -224,6 +225,10 @@ def test_folder_and_source_are_no_keys(refused):
         ),
         (TEST + CAMERA + "times = {start_s = 1, interval_s = 0}\n", "camera.times.interval_s", "more than 0"),
         (TEST + CAMERA + "view_px = [1, 2, 3]\n", "camera.view_px", "expected 4 values"),
+        (TEST + CAMERA + WINDOW.replace("12", "1e9"), "camera.window.thickness_mm", "expected at most 1000"),
+        (TEST + CAMERA + WINDOW.replace("900", "1e-9"), "camera.window.distance_mm", "expected at least 1"),
+        (TEST + CAMERA + "markers = {radius_px = 1e9}\n", "camera.markers.radius_px", "at most 10000"),
+        (TEST + CAMERA + "markers = {radius_px = 1e-9}\n", "camera.markers.radius_px", "at least 2"),
         (TEST + CAMERA + "board = {}\n", "camera", "got mm_per_px and board; expected exactly one of"),
         ("blade = 3\n" + TEST.split("[blade]")[0] + SOIL, "blade", "got 3; expected a table"),
         (SOIL, "blade", "got nothing; expected a value. Add [blade] with depth_mm, width_mm."),

@@ -32,11 +32,13 @@ class Board(Table):
 class Window(Table):
     """[camera.window]: the pane between camera and sand, for the refraction in it."""
 
-    thickness_mm: Positive = Field(description="thickness of the window, mm")
+    thickness_mm: Annotated[Positive, Field(le=1e3)] = Field(description="thickness of the window, mm")
     index: float = Field(
         1.49, ge=1.0, le=3.0, allow_inf_nan=False, strict=True, description="refractive index; acrylic: 1.49"
     )
-    distance_mm: Positive = Field(description="camera's lens to the outer face of the window, mm")
+    distance_mm: Annotated[Positive, Field(ge=1, le=1e6)] = Field(
+        description="camera's lens to the outer face of the window, mm"
+    )
     thickness_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the thickness, mm")
     index_std: NotNegative = Field(0.0, description="standard uncertainty of the refractive index")
     distance_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the distance, mm")
@@ -51,7 +53,7 @@ class Window(Table):
 class Markers(Table):
     """[camera.markers]: dots or circles painted on the window, found in the picture and in every frame."""
 
-    radius_px: Positive = Field(description="radius of the dots, about, px")
+    radius_px: Annotated[Positive, Field(ge=2, le=1e4)] = Field(description="radius of the dots, about, px")
     kind: Literal["dot", "ring"] = Field("dot", description="filled dots, or drawn circles")
     reach_px: Positive | None = Field(
         None, description="farthest that a marker is from its approximate place, px; absent: two radii"

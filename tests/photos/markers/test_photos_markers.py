@@ -183,3 +183,11 @@ def test_noise_of_a_fifth_of_the_contrast_is_still_a_marker():
     assert found.found.all()
     # three times the noise of the other cases: three times their 0.027 px
     assert np.sqrt(np.mean((found.px - centres) ** 2)) < 0.11
+
+
+@pytest.mark.parametrize("radius", [2.0, 300.0, 1e4])
+def test_markers_smaller_than_grains_or_larger_than_the_picture_are_not_found_and_named(radius):
+    picture, centres, rng = field(11, 8, rows=1, columns=2)
+    found = find_markers(expose(picture, rng), centres, radius)
+    assert np.isnan(found.px).all()
+    assert all("nothing round" in reason for reason in found.reasons)

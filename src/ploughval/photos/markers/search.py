@@ -61,9 +61,9 @@ def search(
     height, width = image.shape
     left, right = max(x - half, 0), min(x + half + 1, width)
     top, bottom = max(y - half, 0), min(y + half + 1, height)
-    if right - left < 8 or bottom - top < 8:
-        return []
     coarse = max(1, round(radius_px / FINE_PX))
+    if min(right - left, bottom - top) < max(8, coarse):
+        return []
     patch = _smaller(image[top:bottom, left:right].astype(np.float32), coarse)
     votes, radii = _votes(patch, radius_px / coarse)
     rows, columns = np.mgrid[: patch.shape[0], : patch.shape[1]]
