@@ -25,7 +25,7 @@ from ploughval.photos.reading.grey import Channel, Samples, to_grey
 from ploughval.photos.reading.header import Header, refuse_large_shape
 from ploughval.photos.reading.pillow import samples_of
 
-DECODING_BYTES = 8 * PICTURE_PIXELS
+DECODING_BYTES = 10 * PICTURE_PIXELS
 """What the largest picture may need while it is decoded."""
 ENDINGS = raw.ENDINGS | {".jpg", ".jpeg", ".jpe", ".mpo", ".png", ".tif", ".tiff", ".bmp", ".gif"}
 ENDINGS |= video.ENDINGS | {".jp2", ".webp"}
