@@ -100,6 +100,31 @@ def test_a_lock_whose_file_was_removed_by_the_last_holder_is_taken_anew(tmp_path
             pytest.fail("held twice")
 
 
+def test_folders_that_other_holders_take_back_meanwhile_are_made_again(tmp_path, monkeypatch):
+    """A third may have made them by the time that one looks whether they are there."""
+    make, open_file = lock.Path.mkdir, os.open
+    refusals = [
+        FileExistsError(errno.EEXIST, "not a folder a moment ago"),
+        FileNotFoundError(errno.ENOENT, "gone"),
+    ]
+
+    def made(path, **options):
+        if len(refusals) == 2:
+            raise refusals.pop()
+        return make(path, **options)
+
+    def opened(path, *options):
+        if refusals:
+            raise refusals.pop()
+        return open_file(path, *options)
+
+    (tmp_path / ".store").mkdir()
+    monkeypatch.setattr(lock.Path, "mkdir", made)
+    monkeypatch.setattr(lock.os, "open", opened)
+    with locked(tmp_path):
+        assert (tmp_path / ".store" / "lock").is_file()
+
+
 def test_a_file_system_without_locks_lets_the_run_go_on_and_says_so(tmp_path, monkeypatch, caplog):
     def none(file):
         raise OSError(errno.ENOLCK, "No locks available")

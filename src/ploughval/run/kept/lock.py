@@ -20,6 +20,7 @@ _NONE_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.
 """A file system, often of a network, that has no locks."""
 _TAKEN = {errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _FAR = 1 << 30  # byte that is locked where a lock keeps others from reading what it covers
+_TRIES = 100  # to make the folder beside holders who take it back
 _log = logging.getLogger(__name__)
 
 
@@ -54,13 +55,15 @@ def locked(results: Path) -> Iterator[None]:
 
 
 def _own(path: Path) -> int:
-    """Open the lock's file and take it; a file that its last holder removed meanwhile is made anew."""
+    """Open the lock's file and take it; what its last holder takes back meanwhile is made anew."""
+    tries = 0
     while True:
-        path.parent.mkdir(parents=True, exist_ok=True)
         try:
+            path.parent.mkdir(parents=True, exist_ok=True)
             file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        except FileNotFoundError:  # the last holder has just taken the folder back
-            if path.parent.is_dir():
+        except (FileNotFoundError, FileExistsError):  # also where a folder goes while it is being made
+            tries += 1
+            if tries == _TRIES:
                 raise
             continue
         try:
