@@ -108,6 +108,23 @@ def test_what_a_job_prints_and_logs_is_heard_in_the_log(job, caplog):
     assert "not told" not in texts
 
 
+def test_what_a_process_prints_at_its_start_is_heard_and_is_no_answer(job, tmp_path, monkeypatch, caplog):
+    (tmp_path / "sitecustomize.py").write_text("print('welcome'); print(3); print('{')")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    with caplog.at_level(logging.WARNING):
+        assert run(job, ["a", "b"], processes=1)[1].complete
+    assert [record.getMessage() for record in caplog.records] == ["welcome", "3", "{"]
+
+
+def test_a_fault_in_a_thread_of_the_pool_is_raised_instead_of_waited_for(job, monkeypatch):
+    def breaks(answer):
+        raise KeyError("outcome")
+
+    monkeypatch.setattr(pool_module, "result_of", breaks)
+    with pytest.raises(KeyError, match="outcome"):
+        run(job, ["a"], processes=1)
+
+
 def test_each_process_keeps_to_its_share_of_threads_unless_the_environment_says_otherwise(job, monkeypatch):
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "5")

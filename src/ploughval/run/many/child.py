@@ -10,6 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 THREADS = (
@@ -21,6 +22,8 @@ THREADS = (
     "OPENCV_FOR_THREADS_NUM",
 )
 """Variables that say how many threads the libraries beneath use."""
+LINE_BYTES = 65536
+"""Of the error stream, that are kept in memory at a time."""
 KEPT_LINES = 3
 """Of the error stream, to say what a process last said."""
 
@@ -75,7 +78,7 @@ class Child:
 
     def _read_errors(self) -> None:
         assert self.process.stderr is not None
-        for line in self.process.stderr:
+        for line in iter(partial(self.process.stderr.readline, LINE_BYTES), b""):
             text = line.decode(errors="replace").rstrip()
             self._last.append(text)
             self._said(text)
@@ -91,11 +94,16 @@ class Child:
         return True
 
     def told(self) -> Iterator[dict[str, Any]]:
-        """What it tells, until it ends."""
+        """What it tells, until it ends; other lines, printed before it had its channel, are said instead."""
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            if line.endswith(b"\n"):  # else it died while it wrote
-                yield json.loads(line)
+            if not line.endswith(b"\n"):  # it died while it wrote
+                return
+            told = _mapping(line)
+            if told is None:
+                self._said(line.decode(errors="replace").rstrip())
+            else:
+                yield told
 
     def release(self) -> None:
         """Nothing more will come: let it end; what it is in the middle of, it gives up."""
@@ -114,6 +122,14 @@ class Child:
             assert stream is not None
             stream.close()
         return " | ".join([ending(code), *self._last])
+
+
+def _mapping(line: bytes) -> dict[str, Any] | None:
+    try:
+        told = json.loads(line)
+    except ValueError:
+        return None
+    return told if isinstance(told, dict) else None
 
 
 def ending(code: int) -> str:

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from ploughval.run.many.answers import LostError, result_of
@@ -86,22 +87,32 @@ class Pool:
                 slot.join(timeout=GRACE_S)
 
     def _serve(self, hearers: Hearers) -> None:
-        """In a thread of its own: give tasks to one process after the other, till none is left."""
+        """In a thread of its own: see that what fails here is raised where the pool runs, and ends it."""
+        try:
+            self._give_tasks(hearers)
+        except Exception as error:
+            self._events.put(partial(_raised, error))
+        finally:
+            self._events.put(None)
+
+    def _give_tasks(self, hearers: Hearers) -> None:
+        """Give tasks to one process after the other, till none is left."""
         child: Child | None = None
-        while (task := self._next()) is not None:
-            try:
-                child = self._taken(task, child)
-            except OSError as error:
-                self._finish(hearers, task, LostError(f"no process could be started: {error}"))
-                continue
-            if not self._heard(child, task, hearers):
-                ending = child.end()
-                child = None
-                if not self._stopped:
-                    self._finish(hearers, task, LostError(ending))
-        if child is not None:
-            child.end()
-        self._events.put(None)
+        try:
+            while (task := self._next()) is not None:
+                try:
+                    child = self._taken(task, child)
+                except OSError as error:
+                    self._finish(hearers, task, LostError(f"no process could be started: {error}"))
+                    continue
+                if not self._heard(child, task, hearers):
+                    ending = child.end()
+                    child = None
+                    if not self._stopped:
+                        self._finish(hearers, task, LostError(ending))
+        finally:
+            if child is not None:
+                child.end()
 
     def _next(self) -> Task | None:
         try:
@@ -164,3 +175,7 @@ class Pool:
         finally:
             for child in left:
                 child.process.kill()
+
+
+def _raised(error: Exception) -> None:
+    raise error

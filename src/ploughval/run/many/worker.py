@@ -78,6 +78,7 @@ class Worker:
         """Take tasks from the input until it ends; then stop what goes on."""
         # unbuffered: a thread that waits in sys.stdin would hold up the end of the interpreter
         for line in io.FileIO(0, closefd=False):
+            self._busy.set()  # here, so that an end of the input right after it is not missed
             self._tasks.put(json.loads(line))
         self._tasks.put(None)
         if self._busy.is_set():
@@ -88,7 +89,6 @@ class Worker:
     def work(self) -> None:
         """Do tasks as they come."""
         for task in iter(self._tasks.get, None):
-            self._busy.set()
             answer = self._answer(task)
             self._busy.clear()
             self._send({"answer": answer})
