@@ -3,6 +3,7 @@
 python benchmarks/broken_folders.py OUT                      # make them all
 python benchmarks/broken_folders.py OUT --only "log: "       # those whose names hold this
 python benchmarks/broken_folders.py OUT --run [--heavy]      # make, process and judge each
+python benchmarks/broken_folders.py OUT --run --every 10     # a sample: each tenth
 
 Each is made from one small sound test. A run is a process of its own under a limit of memory; it is judged by
 its exit code, by what its messages hold (file, place, value, remedy), by the test folder, which must not
@@ -63,6 +64,15 @@ def _judged(cases: Sequence[tuple[int, Case]], sound: Path, out: Path, *, keep: 
     return verdicts
 
 
+def _distribution(code: int, verdicts: Sequence[Verdict]) -> str:
+    """How many ended with an exit code, and the seconds and memory of half, nine in ten and all of them."""
+    seconds, peak_MB = (sorted(getattr(v, name) for v in verdicts) for name in ("seconds", "peak_MB"))
+    places = [min(int(share * len(verdicts)), len(verdicts) - 1) for share in (0.5, 0.9, 1.0)]
+    took = ", ".join(f"{seconds[k]:.1f}" for k in places)
+    held = ", ".join(f"{peak_MB[k]:.0f}" for k in places)
+    return f"exit code {code}: {len(verdicts)}; median, nine in ten, most: {took} s; {held} MB"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make, and where asked run, the folders; 1 where an answer is wrong."""
     parser = argparse.ArgumentParser(
@@ -71,6 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("out", type=Path)
     parser.add_argument("--only", default="", help="cases whose names hold this text")
     parser.add_argument("--run", action="store_true", help="process and judge each")
+    parser.add_argument("--every", type=int, default=1, help="each Nth case alone")
+    parser.add_argument("--first", type=int, default=0, help="number of the case that --every begins with")
     parser.add_argument("--heavy", action="store_true", help="those of gigabytes too")
     parser.add_argument("--keep", action="store_true", help="folders that were answered rightly are kept too")
     options = parser.parse_args(arguments)
@@ -79,6 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     make_sound(sound)
     every = [(k, case) for k, case in enumerate(all_cases()) if options.only in case.name]
     cases = [(k, case) for k, case in every if options.heavy or not case.heavy]
+    cases = cases[options.first :: options.every]
     if not options.run:
         for number, case in cases:
             make(case, sound, out / place_of(case, number))
@@ -92,10 +105,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             [v.name, v.code, f"{v.seconds:.2f}", f"{v.peak_MB:.0f}", "; ".join(v.faults)] for v in verdicts
         )
     wrong = sum(bool(v.faults) for v in verdicts)
-    print(
-        f"{len(verdicts)} folders, {wrong} answered wrongly; "
-        f"longest {max(v.seconds for v in verdicts):.1f} s, largest {max(v.peak_MB for v in verdicts):.0f} MB"
-    )
+    print(f"{len(verdicts)} folders, {wrong} answered wrongly")
+    for code in sorted({v.code for v in verdicts}):
+        print(_distribution(code, [v for v in verdicts if v.code == code]))
     return int(wrong > 0)
 
 
