@@ -16,7 +16,7 @@ from ploughval.errors import DataError
 from ploughval.report import page
 from ploughval.run import process_folder
 from ploughval.run.kept import lock
-from ploughval.run.kept.lock import locked
+from ploughval.run.kept.lock import HeldError, locked, wait_for
 from ploughval.synth import EXAMPLE, make_folder
 
 HOLD = """
@@ -63,6 +63,16 @@ def test_a_holder_that_is_killed_leaves_no_lock_behind(tmp_path, holder):
 def test_a_second_run_of_the_same_process_is_refused_too(tmp_path):
     with locked(tmp_path), pytest.raises(DataError, match="another run"), locked(tmp_path):
         pytest.fail("held twice")
+
+
+def test_a_folder_that_is_held_is_waited_for_as_long_as_there_is_patience(tmp_path, holder, monkeypatch):
+    results = tmp_path / "results"
+    with pytest.raises(HeldError, match=f"process {holder.pid}"):
+        wait_for(results, 0.0)
+    monkeypatch.setattr(lock.time, "sleep", lambda _: holder.communicate(b""))  # it ends meanwhile
+    wait_for(results, 30.0)
+    with locked(results):
+        pass
 
 
 def test_two_result_folders_do_not_meet(tmp_path):

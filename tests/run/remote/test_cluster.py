@@ -3,16 +3,20 @@
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+import threading
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from ploughval.errors import DataError, MissingExtraError
+from ploughval.run.kept.lock import locked, wait_for
 from ploughval.run.many.child import Task
 from ploughval.run.many.pool import Hearers
 from ploughval.run.process import process_folder
+from ploughval.run.remote import cluster_work
 from ploughval.run.remote.cluster import ClusterRun, run_on_cluster
 from ploughval.run.remote.cluster_work import refuse_unseen, settings_digest
 from ploughval.run.remote.ranges import Pace
@@ -135,6 +139,33 @@ def test_urls_give_the_same_bytes_and_leave_no_copy(tests, cluster, tmp_path):
     assert files_of(tmp_path / "out") == files_of(tests / "here" / "seen")
     scratch = Path(cluster.workers[0].local_directory)
     assert not list(scratch.glob("ploughval-*/*"))
+
+
+def test_a_range_waits_for_a_worker_that_is_cut_off_and_still_at_work_on_it(
+    tests, cluster, tmp_path, monkeypatch
+):
+    with ExitStack() as cut_off:
+        cut_off.enter_context(locked(tmp_path / "o"))
+
+        def ends_meanwhile(results, patience_s):
+            threading.Timer(0.3, cut_off.close).start()
+            wait_for(results, patience_s)
+
+        monkeypatch.setattr("ploughval.run.remote.cluster_work.wait_for", ends_meanwhile)
+        results, _ = run([(tests / "bare", tmp_path / "o")], cluster.scheduler_address)
+    assert results[0].complete
+    assert files_of(tmp_path / "o") == files_of(tests / "here" / "bare")
+
+
+def test_a_copy_is_not_removed_where_a_range_is_worked_on_in_it(tmp_path):
+    worker = SimpleNamespace(local_directory=str(tmp_path))
+    copy = tmp_path / "ploughval-copy"
+    copy.mkdir()
+    with cluster_work._using(copy.name):
+        cluster_work.forget(copy.name, dask_worker=worker)
+        assert copy.is_dir()
+    cluster_work.forget(copy.name, dask_worker=worker)
+    assert not copy.exists()
 
 
 def test_a_worker_that_sees_another_result_folder_says_so(tests, cluster, tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ import logging
 import os
 import socket
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -20,8 +21,13 @@ _NONE_HERE = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.
 """A file system, often of a network, that has no locks."""
 _TAKEN = {errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _FAR = 1 << 30  # byte that is locked where a lock keeps others from reading what it covers
+_TURN_S = 0.2  # between two looks whether a folder is free
 _TRIES = 100  # to make the folder beside holders who take it back
 _log = logging.getLogger(__name__)
+
+
+class HeldError(DataError):
+    """Another run holds the folder."""
 
 
 @contextmanager
@@ -39,8 +45,10 @@ def locked(results: Path) -> Iterator[None]:
 
     Raises
     ------
+    HeldError
+        When another run holds the folder, saying which.
     DataError
-        When another run holds the folder, saying which; or when the folder cannot be written.
+        When the folder cannot be written.
     """
     path, there = results / CACHE / LOCK, results.is_dir()
     with unwritable(path):
@@ -52,6 +60,32 @@ def locked(results: Path) -> Iterator[None]:
         if not there:
             with suppress(OSError):
                 results.rmdir()
+
+
+def wait_for(results: Path, patience_s: float) -> None:
+    """Wait until no run holds a result folder.
+
+    Parameters
+    ----------
+    results : Path
+        Result folder.
+    patience_s : float
+        For how long, s.
+
+    Raises
+    ------
+    HeldError
+        When one holds it still.
+    """
+    until = time.monotonic() + patience_s
+    while True:
+        try:
+            with locked(results):
+                return
+        except HeldError:
+            if time.monotonic() > until:
+                raise
+        time.sleep(_TURN_S)
 
 
 def _own(path: Path) -> int:
@@ -83,7 +117,7 @@ def _take(path: Path, file: int) -> bool:
         _lock(file)
     except OSError as error:
         if error.errno in _TAKEN:
-            raise DataError(
+            raise HeldError(
                 f"another run is at work in it ({_holder(file)}); wait for its end, end it, or choose "
                 "another place with --out",
                 path=path.parent.parent,

@@ -2,6 +2,8 @@
 
 import logging
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from importlib import import_module
 from importlib.metadata import version
@@ -10,15 +12,21 @@ from typing import Any
 
 from ploughval.errors import DataError
 from ploughval.run import provenance
+from ploughval.run.kept.lock import wait_for
 from ploughval.run.many.answers import answer_of
 from ploughval.run.many.places import SETTINGS, folder_of
 from ploughval.run.outcome import Outcome
 from ploughval.run.remote.ranges import Reached, advance
-from ploughval.run.remote.staging import Staged, remove_copy
+from ploughval.run.remote.staging import Staged, copy_name, remove_copy
 from ploughval.run.remote.urls import is_url, without_secrets
 
 RANGE, WORKER = "range", "worker"
+HELD_S = 100.0
+"""How long a worker waits for a result folder: the last one that had the test may be cut off from the cluster
+and still at work on its range, or be dead without the server of the files knowing (NFS: 90 s), s."""
 _ONE = threading.Lock()  # a process works on one test at a time: figures and caches are the process's
+_COPIES = threading.Lock()  # held to begin with a copy, and to remove one
+_in_use: set[str] = set()
 
 
 def identity() -> dict[str, str]:
@@ -68,8 +76,23 @@ def work(told: dict[str, Any]) -> dict[str, Any]:
 
 
 def forget(copy: str, *, dask_worker: Any) -> None:
-    """Remove the copy of a test, by its name, from this worker's disk."""
-    remove_copy(Path(dask_worker.local_directory), copy)
+    """Remove the copy of a test, by its name, from this worker's disk, unless a range is worked on in it.
+
+    So it is where this worker had been cut off: the range was given to another, and both are at work on it.
+    """
+    with _COPIES:
+        if copy not in _in_use:
+            remove_copy(Path(dask_worker.local_directory), copy)
+
+
+@contextmanager
+def _using(copy: str) -> Iterator[None]:
+    with _COPIES:
+        _in_use.add(copy)
+    try:
+        yield
+    finally:
+        _in_use.discard(copy)
 
 
 def _advance(told: dict[str, Any], worker: Any) -> Reached | Outcome:
@@ -79,12 +102,14 @@ def _advance(told: dict[str, Any], worker: Any) -> Reached | Outcome:
     job = getattr(import_module(module), function)
     staged = Staged(told["folder"], told["out"], Path(worker.local_directory))
     answer: Reached | Outcome | None = None
-    try:
-        threads = worker.state.nthreads
-        answer = advance(job, staged, told["frame"], workers=threads, fresh=told["fresh"])
-    finally:
-        if not isinstance(answer, Reached):
-            staged.remove()
+    with _using(copy_name(told["folder"], told["out"])):
+        try:
+            wait_for(staged.out, HELD_S)
+            threads = worker.state.nthreads
+            answer = advance(job, staged, told["frame"], workers=threads, fresh=told["fresh"])
+        finally:
+            if not isinstance(answer, Reached):
+                staged.remove()
     return answer
 
 
