@@ -19,6 +19,27 @@ def test_neither_user_nor_password_is_shown():
     assert "hunter2" not in without_secrets(f"cannot open {SECRET}: hunter2 refused", SECRET)
 
 
+@pytest.mark.parametrize("password", ["hun/ter2", "hun#ter2", "hun?ter2", "@ter2"])
+def test_nor_is_one_whose_signs_should_have_been_encoded(password):
+    url = f"ftp://me:{password}@host/a"
+    told = [shown(url), without_secrets(f"no {url}: {password}", url)]
+    if password != "@ter2":  # as no URL may have it, and no driver gets to see it
+        with pytest.raises(DataError, match="names no file system") as caught:
+            file_system(url)
+        told.append(str(caught.value))
+    assert [text for text in told if "hun" in text or "ter2" in text] == []
+
+
+def test_signs_of_a_path_and_a_port_are_no_login():
+    assert shown("s3://bucket/a@b") == "s3://bucket/a@b"
+    assert shown("sftp://me:secret@host:22/a@b") == "sftp://host:22/a@b"
+    assert shown("sftp://host:22/a@b") == "sftp://host:22/a@b"
+
+
+def test_an_error_of_a_url_that_is_none_is_told():
+    assert without_secrets("no s3://[x/a", "s3://[x/a") == "no s3://[x/a"
+
+
 @pytest.mark.parametrize("place", ["C:/a", "a/b", "s3:/bucket/a", "//host/share", ""])
 def test_paths_are_no_urls(place):
     assert not is_url(place)

@@ -6,11 +6,14 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote
 
 from ploughval.errors import DataError, MissingExtraError, PloughvalError
 
 _URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+
+_LOGIN = re.compile(r"(?P<plain>[^/?#]*)@|(?P<odd>[^/?#:]*:(?!\d+(?:[/?#]|$)).*)@", re.DOTALL)
+"""User and password where the rest of a URL begins; odd ones hold signs that end them, as no URL may."""
 
 WHOLE_OBJECTS = {"s3", "s3a", "gs", "gcs", "abfs", "abfss", "az", "oci", "oss", "memory"}
 """Protocols of stores where a file is there as a whole or not at all; others write it bit by bit."""
@@ -28,15 +31,13 @@ def is_url(place: object) -> bool:
 def shown(place: Path | str) -> str:
     """A place as messages and records name it: a URL without user, password and query.
 
-    >>> shown("sftp://me:secret@host/data/a?sig=x"), shown("tests/a")
-    ('sftp://host/data/a', 'tests/a')
+    >>> shown("sftp://me:secret@host/data/a?sig=x"), shown("sftp://me:a/b#c@host/d"), shown("tests/a")
+    ('sftp://host/data/a', 'sftp://host/d', 'tests/a')
     """
     if not is_url(place):
         return str(place)
-    url = str(place).partition("?")[0].partition("#")[0]
-    protocol, _, rest = url.partition("://")
-    host, slash, path = rest.partition("/")
-    return f"{protocol}://{host.rpartition('@')[2]}{slash}{path}".rstrip("/")
+    protocol, _, rest = _split(str(place))
+    return f"{protocol}://{rest.partition('?')[0].partition('#')[0]}".rstrip("/")
 
 
 def without_secrets(text: str, *places: Path | str) -> str:
@@ -47,11 +48,18 @@ def without_secrets(text: str, *places: Path | str) -> str:
     """
     for place in filter(is_url, places):
         text = text.replace(str(place), shown(place))
-        parts = urlsplit(str(place))
-        for secret in (parts.query, parts.netloc.rpartition("@")[0].partition(":")[2]):
+        _, login, rest = _split(str(place))
+        for secret in (rest.partition("?")[2].partition("#")[0], login.partition(":")[2]):
             for form in {secret, unquote(secret)} - {""}:
                 text = text.replace(form, "***")
     return text
+
+
+def _split(url: str) -> tuple[str, str, str]:
+    """Protocol, user and password, and the rest of a URL."""
+    protocol, _, rest = url.partition("://")
+    login = _LOGIN.match(rest)
+    return (protocol, "", rest) if login is None else (protocol, login[0][:-1], rest[login.end() :])
 
 
 def placed(text: str) -> Path | str:
@@ -97,11 +105,12 @@ def file_system(url: str) -> tuple[Any, str]:
         fsspec: Any = import_module("fsspec")  # an extra: not there in a plain installation
     except ImportError:
         raise MissingExtraError("fsspec", "cluster", f"{shown(url)}:") from None
-    protocol = url.partition("://")[0]
-    if "::" in url or "?" in url or not _is_known(fsspec, protocol):
+    protocol, login, _ = _split(url)
+    if "::" in url or "?" in url or set("/#") & set(login) or not _is_known(fsspec, protocol):
         raise DataError(
             "names no file system; expected a plain URL of a folder, such as s3://bucket/test, gs://, "
-            "abfs://, sftp:// or file://, without :: and without a query",
+            "abfs://, sftp:// or file://, without :: and without a query (in a password %2F for /, "
+            "%3F for ?, %23 for #)",
             path=shown(url),
         )
     try:
