@@ -55,6 +55,17 @@ def test_a_copy_has_the_bytes_and_only_what_changed_is_fetched_again(mirror, the
     assert (mirror.here / "test.toml").read_bytes() == b"a = 2, longer"
 
 
+def test_two_names_that_are_one_to_the_disk_of_the_copy_are_refused(there, mirror):
+    """Here by a link; elsewhere where a disk does not tell A from a."""
+    (there / "PHOTOS").mkdir()
+    (there / "PHOTOS" / "0 [1].png").write_bytes(b"another")
+    (mirror.here / "photos").mkdir(parents=True)
+    (mirror.here / "PHOTOS").symlink_to("photos")
+    for _ in range(2):
+        with pytest.raises(DataError, match=r"'PHOTOS/0 \[1\]\.png' and 'photos/0 .* are one name"):
+            mirror.fetch(mirror.files())
+
+
 def test_a_copy_that_was_changed_here_is_fetched_again(mirror):
     mirror.fetch(mirror.files())
     (mirror.here / "test.toml").write_bytes(b"other")

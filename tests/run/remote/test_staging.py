@@ -5,6 +5,7 @@ import pytest
 from ploughval.errors import ConfigError, DataError, PloughvalError
 from ploughval.limits import FILE_BYTES, SETTINGS_BYTES
 from ploughval.run.remote import staging
+from ploughval.run.remote.mirror import Mirror
 from ploughval.run.remote.staging import Staged, matches, wanted_files
 
 fsspec = pytest.importorskip("fsspec")
@@ -68,6 +69,13 @@ def test_a_folder_without_settings_is_named_by_its_url(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(ConfigError, match=r"file://.*/empty/test\.toml: 1 fault"):
         staged(tmp_path / "empty", tmp_path).bring()
+
+
+def test_a_folder_without_settings_is_not_listed(tmp_path, monkeypatch):
+    (tmp_path / "large").mkdir()
+    monkeypatch.setattr(Mirror, "files", lambda *_: pytest.fail("listed"))
+    with pytest.raises(ConfigError, match=r"/large/test\.toml"):
+        staged(tmp_path / "large", tmp_path).bring()
 
 
 def test_the_settings_themselves_may_be_named(folder, tmp_path):

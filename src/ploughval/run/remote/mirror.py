@@ -64,10 +64,14 @@ class Mirror:
             name[start:]: _entry(info) for name, info in sorted(found.items()) if _is_file(name, root, info)
         }
 
-    def read(self, name: str) -> bytes:
-        """The bytes of a small file; FileNotFoundError where there is none."""
+    def holds(self, name: str) -> bool:
+        """Whether there is a file of this name, without a look at the others."""
         with answering(self.url):
-            return bytes(self._system.cat_file(f"{self._root}/{name}"))
+            try:
+                self._system.info(f"{self._root}/{name}")
+            except FileNotFoundError:
+                return False
+        return True
 
     def fetch(self, entries: Mapping[str, Entry]) -> int:
         """Copy the files that are not here as they are there; each is here as a whole or not at all.
@@ -94,6 +98,7 @@ class Mirror:
             self._get(wanted, places)
             for name, place in zip(wanted, places, strict=True):
                 self._take(place, name, entries[name], known)
+            self._refuse_one_for_two(entries)
         finally:
             shutil.rmtree(aside, ignore_errors=True)
             write_json(self._record, known)
@@ -213,6 +218,15 @@ class Mirror:
             fault = _fault_of(name, entry, folders)
             if fault:
                 raise DataError(fault, path=f"{shown(self.url)}/{name!r}"[:300])
+
+    def _refuse_one_for_two(self, names: Iterable[str]) -> None:
+        """Refuse names that are one to this machine's disk, as those that differ in case alone may be."""
+        seen: dict[int, str] = {}
+        for name in names:
+            other = seen.setdefault((self.here / name).stat().st_ino, name)
+            if other != name:
+                told = f"{other!r} and {name!r} are one name to the disk of the copy, {self.here}"
+                raise DataError(f"{told}; rename one of the two", path=shown(self.url))
 
     def _refuse_full(self, count: int) -> None:
         place = next(p for p in (self.here, *self.here.parents) if p.is_dir())

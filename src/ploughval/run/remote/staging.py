@@ -139,7 +139,7 @@ class Staged:
         return Mirror(str(place), self._base / name, self._base / f"{name}.json")
 
     def _bring_test(self, test: Mirror) -> None:
-        there = test.files()
+        there = test.files() if test.holds(SETTINGS) else {}  # what is no test may be large to list
         settings = there.get(SETTINGS)
         if settings is None:
             expected, remedy = "a test folder with its test.toml", "Check the address."
