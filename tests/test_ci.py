@@ -37,6 +37,12 @@ def test_every_licence_at_run_time_is_printed_and_none_is_a_gpl(licences, capsys
     assert "ploughval" not in {line.split()[0] for line in lines if line}
 
 
+def test_an_environment_without_the_project_is_named(licences, monkeypatch):
+    monkeypatch.setattr(licences, "PROJECT", "no-such-project")
+    with pytest.raises(SystemExit, match=r"no-such-project is not installed for .*; run: make licences"):
+        licences.main()
+
+
 @pytest.mark.parametrize(
     "said", ["GPL-3.0-only", "GNU Affero General Public License v3", "LGPL-2.1", "unknown"]
 )
