@@ -27,7 +27,7 @@ from ploughval.errors import PloughvalError
 
 LIMIT_BYTES = 4 << 30
 SECONDS = 10
-_SELDOM = 20  # a whole result folder takes a second: it is read once in so many turns
+_SELDOM = 20  # a result folder takes a second, a process a third: they are read once in so many turns
 _TOKENS = (
     b"",
     b"\0",

@@ -22,6 +22,8 @@ from ploughval.scene import LogColumns, load_scene
 
 _TABLE = b"load_N,arm_mm,upper,lower\n0,0,0,0\n5,0,1,0.6\n10,0,2,1.2\n5,0,1,0.6\n0,0,0,0\n"
 _TIMES = b"file,time_s\n0.png,0\n1.png,2.5\n2.png,5\n"
+_APART = "jpeg 2000, colours of 16 bits"
+"""Read in a process of its own, which takes a third of a second."""
 _NAMES = tuple(f"photos/{k}.png" for k in range(3))
 
 
@@ -76,7 +78,7 @@ def _pictures() -> list[Reader]:
             "png",
             cv2.imencode(".png", np.dstack([deep, deep // 2, deep // 3]))[1].tobytes(),
         ),
-        "jpeg 2000, colours of 16 bits": (
+        _APART: (
             "jp2",
             cv2.imencode(".jp2", rng.integers(0, 65535, (64, 64, 3)).astype(np.uint16))[1].tobytes(),
         ),
@@ -91,7 +93,10 @@ def _pictures() -> list[Reader]:
 
         return read
 
-    return [Reader(name, f"a.{end}", data, reading(f"a.{end}")) for name, (end, data) in kinds.items()]
+    return [
+        Reader(name, f"a.{end}", data, reading(f"a.{end}"), slow=name == _APART)
+        for name, (end, data) in kinds.items()
+    ]
 
 
 def _logs(sound: bytes) -> list[Reader]:

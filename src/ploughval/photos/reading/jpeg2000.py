@@ -1,12 +1,11 @@
-"""JPEG 2000 to samples: by Pillow, and by OpenCV where Pillow would not keep all bits."""
+"""JPEG 2000 to samples: by Pillow, and by OpenCV apart where Pillow would not keep all bits."""
 
 from pathlib import Path
 
-import cv2
-import numpy as np
 from PIL import Image
 
-from ploughval.limits import PICTURE_BYTES, read_limited
+from ploughval.limits import PICTURE_BYTES, refuse_large
+from ploughval.photos.reading.apart import decode_apart
 from ploughval.photos.reading.grey import Samples
 from ploughval.photos.reading.header import refuse_large_shape, refuse_samples
 from ploughval.photos.reading.pillow import samples_of
@@ -63,9 +62,7 @@ def _kept_by_pillow(mode: str, depth: int) -> bool:
 
 
 def _by_opencv(path: Path) -> Samples:
-    data = read_limited(path, PICTURE_BYTES, "Save it anew, cropped or without what is not the picture.")
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None or image.dtype not in (np.uint8, np.uint16):
-        raise ValueError("truncated or damaged, or samples that are not 8 or 16 bit")
+    refuse_large(path, PICTURE_BYTES, "Save it anew, cropped or without what is not the picture.")
+    image = decode_apart(path)
     image = image[..., 0] if image.ndim == 3 and image.shape[2] < 3 else image
-    return image[..., 2::-1] if image.ndim == 3 else image  # type: ignore[return-value]
+    return image[..., 2::-1] if image.ndim == 3 else image
