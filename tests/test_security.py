@@ -47,7 +47,10 @@ CALLS = {
     "pd.eval",
     "np.fromregex",
     "ssl._create_unverified_context",
+    "asyncio.create_subprocess_shell",
 }
+STARTERS = ("os.exec", "os.spawn", "os.posix_spawn", "subprocess.")
+"""What starts programs: called by these names alone, so that it is seen."""
 METHODS = {"to_pickle", "read_pickle", "eval"}
 OWN_MARKUP = {"src/ploughval/report/figures/svg.py": "shrinks the drawings that matplotlib has just written"}
 """Files that parse XML, and of whom: never of a user's."""
@@ -105,9 +108,27 @@ def test_nothing_unpacks_objects_from_bytes(trees):
 
 def test_no_text_is_run_as_code_or_by_a_shell(trees):
     calls = nodes(trees, ast.Call)
-    named_so = [(f, n) for f, n in calls if named(n) in CALLS or getattr(n.func, "attr", "") in METHODS]
+    named_so = [
+        (f, n)
+        for f, n in calls
+        if named(n) in CALLS or named(n).startswith(STARTERS[:-1]) or getattr(n.func, "attr", "") in METHODS
+    ]
     shells = [(f, n) for f, n in calls if any(word.arg == "shell" for word in n.keywords)]
     assert places(named_so + shells) == []
+
+
+def test_what_runs_or_unpacks_is_not_called_by_another_name(trees):
+    names = [(f, n, f"{n.module}.{a.name}") for f, n in nodes(trees, ast.ImportFrom) for a in n.names]
+    bare = [(f, n) for f, n, name in names if name in CALLS or name.startswith(STARTERS)]
+    watched = {"os", "subprocess", "builtins", "importlib", "asyncio", "pty", "tempfile", "ssl"}
+    renamed = [(f, n) for f, n in nodes(trees, ast.Import) for a in n.names if a.asname and a.name in watched]
+    late = [
+        (f, n)
+        for f, n in nodes(trees, ast.Call)
+        if named(n).endswith("import_module")
+        and {part.value.partition(".")[0] for part in n.args if isinstance(part, ast.Constant)} & UNPACKERS
+    ]
+    assert places(bare + renamed + late) == []
 
 
 def test_processes_are_started_from_lists_and_not_from_lines(trees):
