@@ -15,10 +15,12 @@ import numpy as np
 
 from ploughval import load_scene
 from ploughval.photos import calibrate, open_frames
+from ploughval.run.kept.snapshots import to_arrays
+from ploughval.run.kept.stages import STATE
 from ploughval.run.kept.store import Key, Store
 from ploughval.run.walk.looks import Series
 from ploughval.run.walk.photographs import EVERY_S
-from ploughval.run.walk.pieces import Piece
+from ploughval.run.walk.pieces import state_of
 from ploughval.run.walk.walk import Walk
 
 
@@ -49,14 +51,14 @@ def measured(series: Series, kept: Store, options: argparse.Namespace) -> Iterat
         piece = next(walk.pieces(last))
         walked = _now() - start
         start = _now()
-        arrays = piece.to_arrays()
-        kept.save("walk", key, arrays)
+        parts = {"walk": piece.without_state().to_arrays(), STATE: to_arrays(piece.state)}
+        for name, arrays in parts.items():
+            kept.save(name, key, arrays)
         saved = _now() - start
         start = _now()
-        Walk(series, options.workers, Piece.from_arrays(kept.load("walk", key) or {}).state)
+        Walk(series, options.workers, state_of(kept.load(STATE, key) or {}))
         resumed = _now() - start
-        state = sum(a.nbytes for name, a in arrays.items() if name.startswith("value/state"))
-        rows = sum(a.nbytes for name, a in arrays.items()) - state
+        rows, state = (sum(array.nbytes for array in arrays.values()) for arrays in parts.values())
         yield (
             f"frames {piece.first} to {last - 1}, {piece.rows.position_px.shape[1]} points: "
             f"walk {_text(walked)}; kept {_text(saved)}, {rows / (last - piece.first) / 1e6:.2f} MB a frame "

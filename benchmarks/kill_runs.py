@@ -5,6 +5,7 @@ those of a run that nobody killed, and no stage that had been finished is made a
 """
 
 import argparse
+import io
 import json
 import os
 import shutil
@@ -24,7 +25,9 @@ import numpy as np
 import ploughval.run.walk.photographs
 from ploughval.report import write_single
 from ploughval.run import process_folder
+from ploughval.run.kept.stages import STATE
 from ploughval.run.kept.written import write_text
+from ploughval.run.walk.pieces import state_of
 from ploughval.synth import EXAMPLE, make_folder
 
 SMALL = replace(
@@ -226,7 +229,7 @@ class Trial:
             f"{name} is half written"
             for name, content in there.items()
             if content not in (self._whole.get(name), self._earlier.get(name))
-            and not (name.startswith("walk-") and is_whole(self._out / ".store" / name))
+            and not (name.startswith("walk") and is_whole(self._out / ".store" / name))
         ]
         for state in (self._whole, self._earlier):
             if there.get("run.json") == state["run.json"]:
@@ -245,11 +248,11 @@ class Trial:
                 faults.append(f"{stage} had been finished and was made again")
         (window,) = [name for name in self._whole if name.startswith("window-")]
         key = window.removeprefix("window-")
-        pieces = sum(name.startswith("walk-") and name.endswith(key) for name in left)
+        reached = frame_of(left.get(f"{STATE}-{key}"))
         acts = [Act(*act) for act in json.loads(self._told.read_text("utf-8"))]
         walked = {act.name for act in acts if act.name.startswith("photographs ")}
         walked = {name for name in walked if name.endswith(f" of {SMALL.frames}")}
-        expected = 0 if window in left else SMALL.frames - pieces
+        expected = 0 if window in left else SMALL.frames - reached
         if len(walked) != expected:
             faults.append(f"{len(walked)} photographs were walked; expected {expected}")
         return faults
@@ -257,7 +260,15 @@ class Trial:
 
 def is_passing(path: Path) -> bool:
     """Whether a file of a result folder is there only while a run is at work."""
-    return ".part-" in path.name or path.name == "lock" or path.name.startswith("walk-")
+    return ".part-" in path.name or path.name == "lock" or path.name.startswith("walk")
+
+
+def frame_of(state: bytes | None) -> int:
+    """The next frame of a walk, from the bytes of the file with its state; 0 where there is none."""
+    if state is None:
+        return 0
+    with np.load(io.BytesIO(state), allow_pickle=False) as file:
+        return int(state_of(dict(file))["frame"])
 
 
 def is_whole(path: Path) -> bool:

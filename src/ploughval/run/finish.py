@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ploughval.run.findings import Findings
-from ploughval.run.kept.stages import PAGE, STAGES, WINDOW, page_key
+from ploughval.run.kept.stages import PAGE, STAGES, STATE, WINDOW, page_key
 from ploughval.run.kept.store import Store
 from ploughval.run.kept.written import clean_aside, write_aside, write_json
 from ploughval.run.provenance import file_digest
@@ -75,8 +75,7 @@ def stage_notes(found: Findings, kept: Store) -> dict[str, dict[str, Any]]:
         if name in kept.told:
             found_it, why = kept.told[name]
             notes[title] = {"done": "reused" if found_it else "run", "why": why}
-    pieces = (found_it for name, (found_it, _) in kept.told.items() if name.startswith("walk-"))
-    if any(pieces):
+    if kept.told.get(STATE, (False, ""))[0]:
         notes[WINDOW.title]["why"] = RESUMED
     return notes
 

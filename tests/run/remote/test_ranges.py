@@ -104,7 +104,7 @@ def test_a_run_that_ends_early_leaves_its_ranges_in_the_store_for_the_next(seen,
     monkeypatch.setattr(Tracker, "advance", ends)
     with pytest.raises(KeyboardInterrupt):
         run_staged(process_folder, str(seen), out="memory://o", pace=RANGES)
-    assert {name.partition("-")[0] for name in stored(memory, "/o")} == {".store/walk"}
+    assert {name.partition("-")[0] for name in stored(memory, "/o")} == {".store/walk", ".store/walked"}
     run_staged(process_folder, str(seen), out="memory://o", pace=RANGES)
     assert len(tracked) == RECIPE.frames - 1 + 3, "frames 3 to 5 of the second range are walked again"
     found = stored(memory, "/o")

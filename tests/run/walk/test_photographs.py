@@ -16,6 +16,7 @@ from ploughval.run.kept.store import Store
 from ploughval.run.provenance import input_digests
 from ploughval.run.walk import photographs
 from ploughval.run.walk.photographs import Photographs, walk_to
+from ploughval.run.walk.pieces import Piece
 from ploughval.run.walk.walk import watch
 from ploughval.synth import EXAMPLE, make_folder
 
@@ -101,12 +102,12 @@ def kept(results):
     return sorted(path.name.rsplit("-", 1)[0] for path in (results / ".store").iterdir())
 
 
-def piece(results, first):
-    return next((results / ".store").glob(f"walk-{first:06d}-*.npz"))
+def file_of(results, name):
+    return next((results / ".store").glob(f"{name}-*.npz"))
 
 
 def test_a_killed_walk_goes_on_from_its_last_piece_and_leaves_only_the_whole(opened, results, whole):
-    assert kept(results) == ["walk-000000", "walk-000001", "walk-000002"]
+    assert kept(results) == ["walk-000000", "walk-000001", "walk-000002", "walked"]
     heard = Heard()
     assert bytes_of(opened.window(Store(results), 0, progress=heard)) == whole
     assert heard.frames == [3, 4]
@@ -117,31 +118,60 @@ def test_a_killed_walk_goes_on_from_its_last_piece_and_leaves_only_the_whole(ope
 
 
 @pytest.mark.parametrize("harm", ["cut off", "empty", "a byte changed", "another piece", "missing"])
-def test_from_a_broken_piece_on_the_walk_is_done_again(opened, results, whole, harm):
-    broken = piece(results, 1)
+@pytest.mark.parametrize("name", ["walk-000001", "walked"])
+def test_with_a_broken_piece_or_state_nothing_is_gone_on_from(opened, results, name, harm):
+    broken = file_of(results, name)
     data = broken.read_bytes()
     if harm == "missing":
         broken.unlink()
     elif harm == "another piece":
-        shutil.copy2(piece(results, 2), broken)
+        shutil.copy2(file_of(results, "walk-000002"), broken)
     else:
         changed = bytearray(data)
         changed[len(data) // 2] ^= 1
         broken.write_bytes({"cut off": data[:-100], "empty": b"", "a byte changed": bytes(changed)}[harm])
-    heard = Heard()
-    assert bytes_of(opened.window(Store(results), 0, progress=heard)) == whole
-    assert heard.frames == [1, 2, 3, 4]
+    store = Store(results)
+    shelf = photographs._Shelf(store, opened.key(0))
+    assert shelf.load() == []
+    assert not store.told["walked"][0]
 
 
-def test_a_state_that_cannot_be_gone_on_from_costs_its_piece_alone(opened, results, whole, caplog):
-    store, key = Store(results), opened.key(0)
-    arrays = store.load("walk-000002", key)
-    name = next(name for name in arrays if name.endswith("sands/0"))
-    store.save("walk-000002", key, arrays | {name: np.zeros(3, np.uint8)})
+def test_a_walk_that_is_done_again_ends_with_the_same_bytes(opened, results, whole):
+    file_of(results, "walk-000001").write_bytes(b"")
     heard = Heard()
     assert bytes_of(opened.window(Store(results), 0, progress=heard)) == whole
+    assert heard.frames == list(range(FRAMES))
+    assert kept(results) == ["window"]
+
+
+def test_a_walk_killed_between_a_piece_and_its_state_goes_on_from_the_state_before(opened, tmp_path, whole):
+    store, key = Store(tmp_path), opened.key(0)
+    opened.walk_to(store, 0, 2)
+    state = file_of(tmp_path, "walked").read_bytes()
+    opened.walk_to(store, 0, 4)
+    file_of(tmp_path, "walked").write_bytes(state)
+    assert [piece.last for piece in photographs._Shelf(store, key).load()] == [2]
+    heard = Heard()
+    assert bytes_of(opened.window(Store(tmp_path), 0, progress=heard)) == whole
     assert heard.frames == [2, 3, 4]
+
+
+def test_a_state_that_cannot_be_gone_on_from_costs_the_walk_and_is_told(opened, results, whole, caplog):
+    store, key = Store(results), opened.key(0)
+    arrays = store.load("walked", key)
+    name = next(name for name in arrays if name.endswith("sands/0"))
+    store.save("walked", key, arrays | {name: np.zeros(3, np.uint8)})
+    heard = Heard()
+    assert bytes_of(opened.window(store, 0, progress=heard)) == whole
+    assert heard.frames == list(range(FRAMES))
     assert "frame 3: the walk cannot go on from here: not a packed mask" in caplog.text
+    assert not store.told["walked"][0]
+
+
+def test_no_piece_holds_a_state(opened, results):
+    for first in range(3):
+        piece = Piece.from_arrays(Store(results).load(f"walk-{first:06d}", opened.key(0)))
+        assert piece.state == {}
 
 
 def test_pieces_of_other_settings_are_left_alone_and_go_at_the_end(opened, results, whole):
@@ -176,7 +206,7 @@ def test_what_a_full_disk_refused_is_kept_with_the_next_piece(opened, tmp_path, 
     monkeypatch.setattr(written.os, "fsync", full_at_first)
     with pytest.raises(KilledError):
         opened.window(Store(tmp_path), 0, progress=heard)
-    assert kept(tmp_path) == ["walk-000000"]
+    assert kept(tmp_path) == ["walk-000000", "walked"]
     heard = Heard()
     assert bytes_of(opened.window(Store(tmp_path), 0, progress=heard)) == whole
     assert heard.frames == [3, 4]
@@ -188,7 +218,7 @@ def test_a_walk_in_ranges_of_frames_ends_with_the_bytes_of_one_walk(opened, fold
     assert walk_to(folder, out=tmp_path, frame=2, progress=heard) == (2, FRAMES)
     assert walk_to(folder, out=tmp_path, frame=4, workers=2, progress=heard) == (4, FRAMES)
     assert walk_to(folder, out=tmp_path, frame=3, progress=heard) == (4, FRAMES)
-    assert kept(tmp_path) == ["walk-000000", "walk-000002"]
+    assert kept(tmp_path) == ["walk-000000", "walk-000002", "walked"]
     assert walk_to(folder, out=tmp_path, frame=FRAMES, progress=heard) == (FRAMES, FRAMES)
     assert heard.frames == list(range(FRAMES))
     assert kept(tmp_path) == ["window"]

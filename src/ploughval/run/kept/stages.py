@@ -122,6 +122,8 @@ COMPARE = Stage(
 )
 STAGES = (FORCE, WINDOW, BANDS, COMPARE)
 PAGE = "page"
+STATE = "walked"
+"""In the store's file names: where an unfinished walk through the photographs stands."""
 
 
 def stage_key(stage: Stage, scene: Scene, **inputs: str) -> Key:

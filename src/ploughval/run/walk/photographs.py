@@ -1,9 +1,11 @@
 """The stage of the photographs: the walk through them, from where an earlier run came to."""
 
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import pandas as pd
 
@@ -13,15 +15,17 @@ from ploughval.photos import Calibration, FrameSeries, calibrate, open_frames
 from ploughval.run import provenance
 from ploughval.run.kept import store
 from ploughval.run.kept.lock import locked
-from ploughval.run.kept.stages import window_key
+from ploughval.run.kept.snapshots import to_arrays
+from ploughval.run.kept.stages import STATE, window_key
 from ploughval.run.walk.first_frame import first_frame
 from ploughval.run.walk.looks import Series
-from ploughval.run.walk.pieces import Piece, join, merged
+from ploughval.run.walk.pieces import Piece, join, merged, state_of
 from ploughval.run.walk.walk import Walk
 from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene, Step, load_scene
 from ploughval.watch import Progress, unheard
 
+Value = TypeVar("Value")
 log = logging.getLogger(__name__)
 
 EVERY_S = 10.0
@@ -58,14 +62,14 @@ class Photographs:
             Frame ``first`` cannot be read.
         """
         key = self.key(first)
-        arrays = kept.load("window", key)
+        arrays, shelf = kept.load("window", key), _Shelf(kept, key)
         if arrays is not None:
-            kept.drop(_STAGE)  # a run that was killed had no time to
+            shelf.clear()  # a run that was killed had no time to
             return WindowRecord.from_arrays(arrays)
-        done, rest = self._walk(_Shelf(kept, key), first, len(self.frames), workers, progress)
+        done, rest = self._walk(shelf, first, len(self.frames), workers, progress)
         record = join([*done, *rest])
         if kept.save("window", key, record.to_arrays()):
-            kept.drop(_STAGE)
+            shelf.clear()
         return record
 
     def walk_to(
@@ -111,52 +115,68 @@ class Photographs:
         return done, rest
 
     def _resumed(self, shelf: "_Shelf", done: list[Piece], first: int, workers: int) -> Walk:
-        """A walk from the last piece that serves; those that do not are left out of ``done``."""
+        """A walk from the last piece; where that does not serve ``done`` is emptied, and it begins anew."""
         series = Series(self.scene, self.frames, self.calibration, first)
-        while done:
+        if done:
             try:
                 return Walk(series, workers, done[-1].state)
             except (DataError, KeyError, TypeError, ValueError) as error:
                 log.warning("frame %d: the walk cannot go on from here: %s", done[-1].last, error)
-            del done[-1]
-            if done:
-                done[-1] = shelf.piece(done[-1].first) or done[-1]
+                shelf.refuse()
+                done.clear()
         return Walk(series, workers)
 
 
 class _Shelf:
-    """Pieces of a walk in the store, each under the number of its first frame."""
+    """Pieces of a walk in the store, each under its first frame's number, and the state after the newest.
+
+    The state is replaced after its piece is kept: a run that dies in between goes on from the older one.
+    """
 
     def __init__(self, kept: store.Store, key: store.Key) -> None:
         self._kept, self._key = kept, key
 
     def load(self) -> list[Piece]:
-        """The pieces that follow each other from frame 0 on; the last one with its state."""
+        """The pieces that lead from frame 0 to the state that is kept, the last one with it; or none."""
+        state = self._read(STATE, state_of)
         pieces: list[Piece] = []
-        while (piece := self.piece(pieces[-1].last if pieces else 0)) is not None:
-            if pieces:
-                pieces[-1] = pieces[-1].without_state()
+        while state is not None:
+            reached = pieces[-1].last if pieces else 0
+            if reached == state["frame"]:
+                return [*pieces[:-1], replace(pieces[-1], state=state)]
+            piece = self._read(f"{_STAGE}-{reached:06d}", Piece.from_arrays)
+            if piece is None or not reached == piece.first < piece.last:
+                break
             pieces.append(piece)
-        return pieces
-
-    def piece(self, first: int) -> Piece | None:
-        """The piece that begins at a frame; None where there is none, or it cannot be read."""
-        arrays = self._kept.load(f"{_STAGE}-{first:06d}", self._key)
-        if arrays is None:
-            return None
-        try:
-            piece = Piece.from_arrays(arrays)
-        except ValueError:
-            return None
-        return piece if piece.first == first < piece.last else None
+        self.refuse()
+        return []
 
     def keep(self, piece: Piece) -> bool:
         """Keep a piece; whether the disk took it, of which it is said once that it did not."""
         refused = self._kept.refused
-        taken = self._kept.save(f"{_STAGE}-{piece.first:06d}", self._key, piece.to_arrays())
-        if not taken and any(text.startswith(f"{_STAGE}-") for text in refused[:-1]):
+        rows = piece.without_state().to_arrays()
+        taken = self._kept.save(f"{_STAGE}-{piece.first:06d}", self._key, rows)
+        taken = taken and self._kept.save(STATE, self._key, to_arrays(piece.state))
+        if not taken and any(text.startswith(_STAGE) for text in refused[:-1]):
             refused.pop()
         return taken
+
+    def refuse(self) -> None:
+        """Say that the walk does not go on from what is kept."""
+        if STATE in self._kept.told and self._kept.told[STATE][0]:
+            self._kept.refuse(STATE)
+
+    def clear(self) -> None:
+        """Remove all of it: the walk is whole."""
+        for stage in (STATE, _STAGE):
+            self._kept.drop(stage)
+
+    def _read(self, stage: str, read: Callable[[store.Arrays], Value]) -> Value | None:
+        """What is kept under a name; None where there is none, or it cannot be read."""
+        arrays = self._kept.load(stage, self._key)
+        with suppress(ValueError):
+            return None if arrays is None else read(arrays)
+        return None
 
 
 def walk_to(

@@ -92,6 +92,20 @@ class Piece:
 _STORED = (Rows, Noted, CameraMovement, SandSeen, RimFit, Noise, SlopeFilter, Usual)
 
 
+def state_of(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """The state of a walk from the arrays that it was kept as.
+
+    Raises
+    ------
+    ValueError
+        When the arrays are not those of a state.
+    """
+    state = from_arrays(arrays, _STORED)
+    if not isinstance(state, dict) or type(state.get("frame")) is not int or state["frame"] < 1:
+        raise ValueError("not the state of a walk")
+    return state
+
+
 def merged(pieces: Sequence[Piece]) -> Piece:
     """Pieces that follow each other as one, with the state of the last.
 
