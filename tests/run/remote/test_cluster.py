@@ -206,6 +206,18 @@ def test_workers_of_other_code_are_refused_before_anything_runs(tests, cluster, 
     assert not (tmp_path / "o").exists()
 
 
+def test_a_worker_that_never_answers_is_not_waited_for_without_end(tests, cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr("ploughval.run.remote.cluster.HEARD_S", 0.2)
+    ends = threading.Event()
+    monkeypatch.setattr(distributed.Client, "run", lambda *_, **__: ends.wait(30))
+    try:
+        with pytest.raises(DataError, match=r"not all workers answer within 0\.2 s"):
+            run([(tests / "bare", tmp_path / "o")], cluster.scheduler_address)
+    finally:
+        ends.set()
+    assert not (tmp_path / "o").exists()
+
+
 def test_a_scheduler_without_workers_is_named(tests, tmp_path, monkeypatch):
     monkeypatch.setattr("ploughval.run.remote.cluster.WORKERS_S", 0.1)
     with (

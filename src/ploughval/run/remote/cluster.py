@@ -2,10 +2,14 @@
 
 import logging
 import queue
+import threading
+import time
+from asyncio import CancelledError
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -24,6 +28,10 @@ ANSWER_S = 10
 """How long a scheduler has to answer, s."""
 WORKERS_S = 30
 """How long to wait for a first worker, s."""
+HEARD_S = 60.0
+"""How long workers have to say what they are: one that compiles is deaf meanwhile, s."""
+TIDY_S = 10.0
+"""How long is waited at the end for workers that remove copies, s."""
 TURN_S = 5.0
 """Between two looks whether there still are workers, s."""
 STAYS = "what is done stays: run it again to go on"
@@ -115,6 +123,7 @@ class ClusterRun:
         self._suspects: deque[_Test] = deque()
         self._going: dict[str, tuple[_Test, Any]] = {}
         self._done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._tidying: list[Asked] = []
 
     def all(self, tasks: Sequence[Task]) -> None:
         """Work on all of them."""
@@ -131,6 +140,9 @@ class ClusterRun:
         finally:
             for test, _ in self._going.values():
                 _unlit(test)
+            until = time.monotonic() + TIDY_S
+            for asked in self._tidying:
+                asked.answer(max(until - time.monotonic(), 0.0))
 
     def _fill(self) -> bool:
         """Hand over tests as far as there are threads for them; whether one is on its way."""
@@ -241,7 +253,38 @@ class ClusterRun:
         others = [worker for worker in test.workers if worker in there]
         if others:
             copy = copy_name(test.told["folder"], test.told["out"])
-            self._client.run(cluster_work.forget, copy, workers=others, on_error="ignore")
+            self._tidying.append(Asked(self._client, cluster_work.forget, copy, workers=others))
+
+
+class Asked:
+    """A call of a function on workers that is not waited for without end, as dask would for a frozen worker.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    function : callable
+    *args
+        Of the function.
+    workers : list of str or None
+        Addresses; None: all.
+    """
+
+    def __init__(
+        self, client: Any, function: Callable[..., Any], *args: str, workers: list[str] | None = None
+    ) -> None:
+        self._answers: list[dict[str, Any]] = []
+        call = partial(client.run, function, *args, workers=workers, on_error="return")
+        self._thread = threading.Thread(target=self._call, args=(call,), daemon=True)
+        self._thread.start()
+
+    def _call(self, call: Callable[[], dict[str, Any]]) -> None:
+        with suppress(Exception, CancelledError):  # a client that is closed meanwhile
+            self._answers.append(call())
+
+    def answer(self, patience_s: float) -> dict[str, Any] | None:
+        """What each worker returned or raised, by its address; None without an answer in time."""
+        self._thread.join(patience_s)
+        return self._answers[0] if self._answers else None
 
 
 def _connected(address: str) -> Any:
@@ -268,7 +311,7 @@ def _refuse_workers(client: Any, address: str) -> None:
     Raises
     ------
     DataError
-        Naming the first few of them.
+        Naming the first few of them; or when they do not answer.
     """
     try:
         client.wait_for_workers(1, timeout=WORKERS_S)
@@ -278,11 +321,17 @@ def _refuse_workers(client: Any, address: str) -> None:
             path=address,
         ) from None
     here, faults = cluster_work.identity(), []
-    for worker, there in client.run(cluster_work.identity, on_error="return").items():
+    told = Asked(client, cluster_work.identity).answer(HEARD_S)
+    if told is None:
+        raise DataError(
+            f"not all workers answer within {HEARD_S:g} s; look into their logs, start those again that hang",
+            path=address,
+        )
+    for worker, there in told.items():
         if isinstance(there, Exception):
             faults.append(f"{worker} cannot import it ({type(there).__name__}: {there})")
-        elif told := cluster_work.differences(there, here):
-            faults.append(f"{worker} ({told})")
+        elif unlike := cluster_work.differences(there, here):
+            faults.append(f"{worker} ({unlike})")
     if faults:
         more = f" and {len(faults) - _TOLD} more" if len(faults) > _TOLD else ""
         raise DataError(
