@@ -218,3 +218,18 @@ def test_orientation_does_not_turn_what_libtiff_decodes(tmp_path, orientation):
     assert read_header(tmp_path / "a.tif").tags.orientation == orientation
     assert np.abs(decode(tmp_path / "a.tif").astype(int) - ramp).max() <= 1
     np.testing.assert_array_equal(decode(tmp_path / "b.tif"), (GREY_8 > 128) * 255)
+
+
+def test_strips_of_hardly_any_rows_are_refused_by_name(tmp_path):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, np.zeros((20, 30), np.uint8))
+    data = bytearray(path.read_bytes())
+    with tifffile.TiffFile(path) as tiff:
+        place = tiff.pages[0].tags["RowsPerStrip"].offset
+    data[place : place + 12] = struct.pack(
+        "<HHII", 278, 12, 1, len(data)
+    )  # a double in the place of a number
+    path.write_bytes(data + struct.pack("<d", 1e-320))
+    with pytest.raises(DataError, match="cannot be read") as caught:
+        read_header(path)
+    assert caught.value.path == str(path)
