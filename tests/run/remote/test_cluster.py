@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+import weakref
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -291,6 +292,28 @@ def test_a_test_that_kills_workers_is_given_up_and_one_beside_it_is_not(tmp_path
     assert str(results[0]) == str(results[2]) == "no log"
     assert "t1: given up: one worker after the other died at it" in str(results[1])
     assert client.keys == ["0-10", "1-10", "2-10", "0-10-alone", "1-10-alone"]
+
+
+def test_a_range_that_ended_is_let_go_before_the_next_one_ends(tmp_path):
+    """dask works again on what is asked for and lost: with the worker that had answered it."""
+    first, held = [], []
+
+    class Later(Ended):
+        def add_done_callback(self, hear):
+            threading.Timer(0.2, lambda: (held.append(first[0]()), hear(self))).start()
+
+    def ends(name, key, told):
+        if name != "0-10":
+            return Later(key, "finished", {"worker": "w", "refused": "no log"})
+        reached = {"frame": 10, "begun": 0, "seconds": 60.0, "frames": 30}
+        range_ = Ended(key, "finished", {"worker": "w", "range": reached})
+        first.append(weakref.ref(range_))
+        return range_
+
+    client = Client(ends)
+    assert str(ended(client, 1, tmp_path)[0]) == "no log"
+    assert client.keys == ["0-10", "0-20"]
+    assert held == [None]
 
 
 def test_a_lost_scheduler_ends_every_test_that_is_left(tmp_path):

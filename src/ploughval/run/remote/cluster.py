@@ -135,8 +135,9 @@ class ClusterRun:
                     return self._give_up(f"no worker was there for {WORKERS_S} s")
                 if future.status not in ("finished", "error"):
                     return self._give_up("the connection to the scheduler was lost")
-                test, _ = self._going.pop(future.key)
-                self._take(test, future)
+                self._take(self._going.pop(future.key)[0], future)
+                # else dask works on it again when the worker dies that has its answer
+                del future
         finally:
             for test, _ in self._going.values():
                 _unlit(test)
