@@ -1,13 +1,20 @@
 """How a command is stopped: a first signal asks it to end in order, a second ends it at once."""
 
+import _thread
 import os
 import signal
+import threading
+import time
 from types import FrameType
 from typing import NoReturn
 
 _ASKED = ("SIGINT", "SIGTERM", "SIGHUP")
 _BY_KEY = "SIGINT"
 _SHELL = 128  # what shells add to the number of a signal
+_AGAIN_S = 0.01  # until a signal that came during an import is sent again
+_LONGEST_S = 5.0  # that imports may keep it waiting
+_since_s: list[float] = []  # when one was put off
+_waiting: list[int] = []  # what is to be sent again
 
 
 class Stopped(KeyboardInterrupt):
@@ -38,7 +45,8 @@ def exit_code(number: int) -> int:
 def listen() -> None:
     """From here on the first signal raises :class:`Stopped` in the main thread, the second ends the process.
 
-    A signal that whoever started the process has had ignored (as ``nohup`` does) stays ignored.
+    A signal that whoever started the process has had ignored (as ``nohup`` does) stays ignored. One that
+    comes during an import waits for its end.
     """
     usual = (signal.SIG_DFL, signal.default_int_handler)
     for name in _ASKED:
@@ -47,12 +55,47 @@ def listen() -> None:
             signal.signal(number, _ask)
 
 
-def _ask(number: int, _frame: FrameType | None) -> NoReturn:
+def _ask(number: int, frame: FrameType | None) -> None:
+    if _waiting:
+        _at_once(number, frame)
+    if _imports(frame) and _may_wait():
+        _waiting.append(number)
+        # not of threading: its locks may be held by what was interrupted
+        _thread.start_new_thread(_send_again, (number,))
+        return
     for name in _ASKED:
         other = getattr(signal, name, None)
         if other is not None and signal.getsignal(other) is _ask:
             signal.signal(other, _at_once)
     raise Stopped(number)
+
+
+def _imports(frame: FrameType | None) -> bool:
+    """Whether an import is going on.
+
+    What is raised in one may leave Python's lock of imports taken, for which other threads then wait without
+    end, or be hidden by a library that says its own initialization failed.
+    """
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again(number: int) -> None:
+    time.sleep(_AGAIN_S)
+    _waiting.clear()
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:  # another system's: the main thread hears of it when it next runs
+        signal.raise_signal(number)
+
+
+def _may_wait() -> bool:
+    now_s = time.monotonic()
+    _since_s.append(now_s)
+    return now_s - _since_s[0] < _LONGEST_S
 
 
 def _at_once(number: int, _frame: FrameType | None) -> NoReturn:

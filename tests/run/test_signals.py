@@ -44,6 +44,15 @@ TIDYING = """
             print("tidying", flush=True)
             time.sleep(600)
 """
+HIDING = """
+import time
+try:
+    print("at work", flush=True)
+    time.sleep(0.3)
+except BaseException as error:
+    print("hidden", flush=True)
+"""
+"""A module that hides what is raised while it is imported, as compiled ones may."""
 STANDING = """
 import os, sys, tempfile, time
 import ploughval.cli
@@ -159,6 +168,15 @@ def test_a_second_signal_ends_a_command_that_is_still_tidying_at_once(begun):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, errors) == (130, "")
+
+
+def test_a_signal_in_the_middle_of_an_import_is_neither_lost_in_it_nor_raised_in_it(tmp_path, begun):
+    (tmp_path / "hiding.py").write_text(HIDING)
+    importing = app_that(f"sys.path.insert(0, {str(tmp_path)!r}); import hiding; time.sleep(600)")
+    process = begun(["-c", importing], until="at work")
+    process.send_signal(signal.SIGTERM)
+    output, errors = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, output, errors) == (143, "", f"interrupted by SIGTERM: {KEPT}\n")
 
 
 def test_a_hangup_that_was_ignored_stays_ignored(begun):
