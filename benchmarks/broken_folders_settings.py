@@ -295,6 +295,11 @@ def _control_points() -> list[Case]:
             (1, 2),
         ),
         Case(
+            "geometry: points in nanometres",
+            _points("[[0,0,-2e8,4e8],[250,0,2.3e9,4e8],[0,70,-2e8,-3e8],[250,70,2.3e9,-3e8]]"),
+            ("control_points", "mm a pixel", "at most 1000"),
+        ),
+        Case(
             "geometry: three points",
             _points("[[0,0,0,0],[9,0,9,0],[0,9,0,9]]"),
             ("control_points", "at least 4"),

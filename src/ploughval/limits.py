@@ -11,6 +11,8 @@ SAMPLE_BYTES = 6 * PICTURE_PIXELS
 """What a decoder holds of one picture: with that, no file takes more than 2 GB of memory to read."""
 PICTURE_SIDE_PX = 32_766
 """Side of one photograph, px; OpenCV maps no picture with a longer one."""
+MM_PER_PX = 1000.0
+"""Scale of a photograph: no laboratory is seen at a metre a pixel."""
 PICTURE_BYTES = 512 << 20
 """A picture file whose decoder takes it whole."""
 PICTURES = 1_000_000

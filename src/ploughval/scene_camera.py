@@ -7,6 +7,7 @@ from pydantic import Field
 
 from ploughval.axes import Direction
 from ploughval.errors import Fault
+from ploughval.limits import MM_PER_PX
 from ploughval.scene_base import Count, Finite, NotNegative, Pixel, Positive, Table, Whole
 
 
@@ -108,7 +109,7 @@ class Camera(Table):
     every: int = Field(
         1, ge=1, le=100_000, strict=True, description="each Nth picture is used, from the first"
     )
-    mm_per_px: Annotated[Positive, Field(le=1e3)] | None = Field(
+    mm_per_px: Annotated[Positive, Field(le=MM_PER_PX)] | None = Field(
         None, description="scale, mm per px, with tip_px and direction"
     )
     mm_per_px_std: NotNegative = Field(0.0, description="standard uncertainty of the scale, mm per px")

@@ -68,6 +68,12 @@ def test_exact_control_points_give_the_camera_to_a_nanometre(calibrated, count):
     assert cal.direction == "right"
 
 
+def test_points_in_another_unit_are_refused_by_the_scale_that_they_give(calibrated):
+    points = np.array(points_of(WORLD_TO_PX)) * [1, 1, 1e6, 1e6]  # nanometres
+    with pytest.raises(CalibrationError, match=r"test\.toml, camera\.control_points: gives .* mm a pixel"):
+        calibrated(control_points=points.tolist())
+
+
 def test_clicked_control_points_place_the_window_within_0p1_mm(calibrated):
     cal = calibrated(control_points=points_of(WORLD_TO_PX, noise=0.3))
     error = cal.to_mm(to_px(WORLD_TO_PX, INSIDE_MM)) - INSIDE_MM

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ploughval.axes import Direction
 from ploughval.errors import CalibrationError, ConfigError, Fault
+from ploughval.limits import MM_PER_PX
 from ploughval.photos.calibration.blunder import refuse_blunder, refuse_crossed
 from ploughval.photos.calibration.board import find_board
 from ploughval.photos.calibration.board_fit import (
@@ -81,11 +82,24 @@ def calibrate(scene: Scene, frames: FrameSeries) -> Calibration:
         calibration = _by_file(scene, camera, frames.shape)
     else:
         return _by_scale(camera, frames.shape)
+    _check_scale(scene, camera, calibration)
     _check_view(calibration, camera, frames.shape)
     calibration = replace(calibration, warnings=calibration.warnings + _doubts(calibration))
     for text in calibration.warnings:
         log.warning("%s", text)
     return calibration
+
+
+def _check_scale(scene: Scene, camera: Camera, calibration: Calibration) -> None:
+    """Refuse a scale that comes of lengths in another unit: what is drawn and sampled in mm would be huge."""
+    if calibration.mm_per_px > MM_PER_PX:
+        key = next(
+            key for key in ("control_points", "board", "calibration") if getattr(camera, key) is not None
+        )
+        raise CalibrationError(
+            f"{scene.source}, camera.{key}: gives {calibration.mm_per_px:.4g} mm a pixel; expected at most "
+            f"{MM_PER_PX:g}. Give lengths in mm and places in px"
+        )
 
 
 def _check_tip(scene: Scene, tip_px: tuple[float, float], shape: tuple[int, int]) -> None:
