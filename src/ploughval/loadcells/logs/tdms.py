@@ -54,16 +54,7 @@ def read_tdms(path: Path, wanted: Wanted) -> RawLog:
         wanted = Wanted(wanted.names, wanted.optional | {"time_s"})
     places = find_places(there, wanted, path)
     found = {key: channels[there[k]] for key, k in places.items()}
-    lengths = {channel.name: len(channel) for channel in found.values()}
-    if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{name}: {count}" for name, count in lengths.items())
-        raise DataError(f"channels of different lengths ({shown}); expected one sample each a row", path=path)
-    if max(lengths.values()) > LOG_ROWS:
-        raise DataError(
-            f"holds more than {LOG_ROWS // 1_000_000} million samples a channel; expected at most as many. "
-            "Thin it out or part it: [loadcells] log may list several files",
-            path=path,
-        )
+    rows = _common_length({channel.name: len(channel) for channel in found.values()}, path)
     data = {key: _samples(channel, path) for key, channel in found.items()}
     time = data.get("time_s")
     if time is None and waves:
@@ -83,8 +74,23 @@ def read_tdms(path: Path, wanted: Wanted) -> RawLog:
         {key: _floats(data[key], headers[key], path) for key in VALUE_COLUMNS},
         headers,
         units,
-        FileRows(path.name, next(iter(lengths.values()))),
+        FileRows(path.name, rows),
     )
+
+
+def _common_length(lengths: dict[str, int], path: Path) -> int:
+    """How many samples every channel has; refused where they are not one each a row, or too many."""
+    if len(set(lengths.values())) > 1:
+        shown = ", ".join(f"{name}: {count}" for name, count in lengths.items())
+        raise DataError(f"channels of different lengths ({shown}); expected one sample each a row", path=path)
+    rows = max(lengths.values())
+    if rows > LOG_ROWS:
+        raise DataError(
+            f"holds more than {LOG_ROWS // 1_000_000} million samples a channel; expected at most as many. "
+            "Thin it out or part it: [loadcells] log may list several files",
+            path=path,
+        )
+    return rows
 
 
 def _channels(path: Path) -> dict[str, Any]:

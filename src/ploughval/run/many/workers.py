@@ -120,10 +120,13 @@ def run_all(
         Pool(name, share.processes, share.threads).run(tasks, hearers)
         return
     for task in tasks:
-        heard = {} if hearers.watched is None else {"progress": hearers.watched(task.index)}
-        try:
-            result = job(task.folder, out=task.out, **task.options, **heard)
-        except Exception as error:
-            hearers.finished(task.index, error)
-        else:
-            hearers.finished(task.index, result)
+        hearers.finished(task.index, _done_here(job, task, hearers))
+
+
+def _done_here(job: Job, task: Task, hearers: Hearers) -> Any:
+    """What a job returns or raises in this process."""
+    heard = {} if hearers.watched is None else {"progress": hearers.watched(task.index)}
+    try:
+        return job(task.folder, out=task.out, **task.options, **heard)
+    except Exception as error:
+        return error
