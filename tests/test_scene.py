@@ -314,6 +314,13 @@ def test_a_folder_without_settings_is_told_how_to_get_them(tmp_path):
             load_scene(absent)
 
 
+def test_a_folder_that_is_not_there_is_not_said_to_want_a_test_toml_beside_it(tmp_path):
+    with pytest.raises(ConfigError, match="got nothing; expected a test folder") as caught:
+        load_scene(tmp_path / "d30-10")
+    assert "ploughval init" not in str(caught.value)
+    assert "Check the name" in str(caught.value)
+
+
 def test_models_made_in_code_refuse_conflicts_too():
     with pytest.raises(ValidationError, match="at most peak_friction_deg"):
         Soil(unit_weight_kN_m3=16.0, peak_friction_deg=30.0, residual_friction_deg=32.0)

@@ -246,7 +246,8 @@ def read_toml(source: Path) -> dict[str, Any]:
             raise ConfigError(source, [fault])
         return tomllib.loads(text)
     except FileNotFoundError:
-        remedy = f"Write one with: ploughval init {source.parent}" if source.parent.is_dir() else ""
+        there = source.name == "test.toml" and source.parent.is_dir()  # else a folder may be meant
+        remedy = f"Write one with: ploughval init {source.parent}" if there else "Check the name."
         fault = Fault("file", "nothing", "a test folder, or its test.toml", remedy)
     except tomllib.TOMLDecodeError as error:
         line = re.search(r"at line (\d+)", str(error))
