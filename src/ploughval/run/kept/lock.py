@@ -118,8 +118,8 @@ def _take(path: Path, file: int) -> bool:
     except OSError as error:
         if error.errno in _TAKEN:
             raise HeldError(
-                f"another run is at work in it ({_holder(file)}); wait for its end, end it, or choose "
-                "another place with --out",
+                f"another run is at work in it ({_holder(file)}); wait for its end, or end it; "
+                "process and report can write elsewhere (--out)",
                 path=path.parent.parent,
             ) from None
         if error.errno not in _NONE_HERE:
