@@ -2,6 +2,7 @@
 
 import hashlib
 import platform
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -50,25 +51,37 @@ def code_digest(*rooms: str) -> str:
     *rooms : str
         Packages and modules, such as ``piv`` and ``run.walk.window``; none: all there is, templates too.
     """
-    root = Path(__file__).resolve().parents[1]
-    digest = hashlib.sha256()
-    for path in sorted({path for room in rooms or ("",) for path in _code(root, room)}):
-        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    known, digest = _code(), hashlib.sha256()
+    for name in sorted({name for room in rooms or ("",) for name in _names(room, known)}):
+        digest.update(name.encode() + b"\0" + known[name])
     return digest.hexdigest()
 
 
-def _code(root: Path, room: str) -> list[Path]:
-    """Files of a room: of a package all, what Python compiled left out, or a module's one.
+@cache
+def _code() -> dict[str, bytes]:
+    """SHA-256 of each of ploughval's own files by its name, without what Python compiled.
+
+    All are read at once: where the files change under a process that works on, later stages still name the
+    code that earlier ones ran.
+    """
+    root = Path(__file__).resolve().parents[1]
+    files = [path for path in root.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    return {path.relative_to(root).as_posix(): hashlib.sha256(path.read_bytes()).digest() for path in files}
+
+
+def _names(room: str, known: Iterable[str]) -> list[str]:
+    """Files of a room: of a package all, or a module's one.
 
     Raises
     ------
     FileNotFoundError
         When there is no such room.
     """
-    place = root.joinpath(*room.split("."))
-    if not place.is_dir():
-        return [place.with_name(f"{place.name}.py")]
-    return [path for path in place.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    place = room.replace(".", "/")
+    names = [name for name in known if not room or name == f"{place}.py" or name.startswith(f"{place}/")]
+    if not names:
+        raise FileNotFoundError(room)
+    return names
 
 
 def file_digest(path: Path) -> str:

@@ -108,6 +108,13 @@ def test_the_digest_of_a_room_follows_its_files_and_no_others():
         code_digest.__wrapped__("no_such_room")
 
 
+def test_files_that_change_under_a_run_do_not_change_the_code_that_it_names(monkeypatch):
+    before = code_digest()
+    monkeypatch.setattr(Path, "read_bytes", lambda path: pytest.fail(f"{path} is read again"))
+    assert code_digest.__wrapped__("model") == code_digest.__wrapped__("model")
+    assert code_digest.__wrapped__() == before
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("stages") / "test"
