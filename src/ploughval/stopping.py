@@ -6,14 +6,14 @@ import signal
 import threading
 import time
 from types import FrameType
-from typing import NoReturn
 
 _ASKED = ("SIGINT", "SIGTERM", "SIGHUP")
 _BY_KEY = "SIGINT"
 _SHELL = 128  # what shells add to the number of a signal
 _AGAIN_S = 0.01  # until a signal that came during an import is sent again
 _LONGEST_S = 5.0  # that imports may keep it waiting
-_since_s: list[float] = []  # when one was put off
+_TOGETHER_S = 0.2  # within which a second signal is the first one again: `timeout` sends each twice
+_heard_s: list[float] = []  # when the first one came
 _waiting: list[int] = []  # what is to be sent again
 
 
@@ -58,6 +58,9 @@ def listen() -> None:
 def _ask(number: int, frame: FrameType | None) -> None:
     if _waiting:
         _at_once(number, frame)
+        return
+    if not _heard_s:
+        _heard_s.append(time.monotonic())
     if _imports(frame) and _may_wait():
         _waiting.append(number)
         # not of threading: its locks may be held by what was interrupted
@@ -93,10 +96,9 @@ def _send_again(number: int) -> None:
 
 
 def _may_wait() -> bool:
-    now_s = time.monotonic()
-    _since_s.append(now_s)
-    return now_s - _since_s[0] < _LONGEST_S
+    return time.monotonic() - _heard_s[0] < _LONGEST_S
 
 
-def _at_once(number: int, _frame: FrameType | None) -> NoReturn:
-    os._exit(exit_code(number))
+def _at_once(number: int, _frame: FrameType | None) -> None:
+    if time.monotonic() - _heard_s[0] >= _TOGETHER_S:
+        os._exit(exit_code(number))

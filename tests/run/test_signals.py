@@ -165,6 +165,7 @@ def test_a_second_signal_ends_a_command_that_is_still_tidying_at_once(begun):
     process = begun(["-c", app_that(TIDYING)], until="at work")
     process.send_signal(signal.SIGINT)
     wait_for(process, process.stdout, "tidying")
+    time.sleep(0.3)  # sooner, it is the first again
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, errors) == (130, "")
@@ -177,6 +178,15 @@ def test_a_signal_in_the_middle_of_an_import_is_neither_lost_in_it_nor_raised_in
     process.send_signal(signal.SIGTERM)
     output, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, output, errors) == (143, "", f"interrupted by SIGTERM: {KEPT}\n")
+
+
+def test_a_signal_that_is_sent_twice_at_a_time_as_timeout_does_is_one(begun):
+    process = begun(["-c", app_that("0.3".join(TIDYING.rsplit("600", 1)))], until="at work")
+    process.send_signal(signal.SIGTERM)
+    wait_for(process, process.stdout, "tidying")
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, errors) == (143, f"interrupted by SIGTERM: {KEPT}\n")
 
 
 def test_a_hangup_that_was_ignored_stays_ignored(begun):
