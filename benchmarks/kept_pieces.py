@@ -1,7 +1,7 @@
 """What it costs to keep the walk through the photographs on the way: bytes and seconds of a piece.
 
-python benchmarks/bench_checkpoints.py FOLDER              # for example of benchmarks/big_sequence.py
-python benchmarks/bench_checkpoints.py FOLDER --frames 24 --every 8
+python benchmarks/kept_pieces.py FOLDER              # for example of benchmarks/big_sequence.py
+python benchmarks/kept_pieces.py FOLDER --frames 24 --every 8
 """
 
 import argparse
