@@ -5,13 +5,14 @@ import json
 import logging
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from ploughval.progress import Events, Lines, Stages
+from ploughval.quiet import hushed
 from ploughval.refusals import refusal_of
 from ploughval.stopping import Stopped
 
@@ -178,17 +179,9 @@ def printed_aside(talk: Talk) -> Iterator[None]:
         heard.end()
 
 
-@contextmanager
-def said_once() -> Iterator[None]:
+def said_once() -> AbstractContextManager[None]:
     """Without the log's warnings on photographs, which the outcome's warnings hold; not with --debug."""
-    logger = logging.getLogger("ploughval.photos")
-    before = logger.level
-    if not logger.isEnabledFor(logging.DEBUG):
-        logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)
+    return hushed("ploughval.photos", logging.ERROR)
 
 
 @contextmanager

@@ -6,8 +6,8 @@ import threading
 import time
 from asyncio import CancelledError
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
@@ -16,6 +16,7 @@ from typing import Any
 from uuid import uuid4
 
 from ploughval.errors import DataError, MissingExtraError
+from ploughval.quiet import hushed
 from ploughval.run.many.answers import ElsewhereError, result_of
 from ploughval.run.many.child import Task
 from ploughval.run.many.pool import Hearers
@@ -66,26 +67,13 @@ def run_on_cluster(
     DataError
         When the scheduler does not answer, has no workers, or one of them has other versions.
     """
-    with _quiet():
+    with hushed("distributed.client", logging.CRITICAL):  # a lost scheduler or worker is told here
         client = _connected(scheduler)
         try:
             _refuse_workers(client, scheduler)
             ClusterRun(client, job, hearers, pace or Pace()).all(tasks)
         finally:
             client.close()
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Without what dask's client logs of a lost scheduler or worker, which is told here; not with --debug."""
-    logger = logging.getLogger("distributed.client")
-    before = logger.level
-    if not logger.isEnabledFor(logging.DEBUG):
-        logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        logger.setLevel(before)
 
 
 @dataclass(slots=True)
