@@ -13,6 +13,8 @@ from ploughval.report.figures import residual_figure, scale_figure
 from ploughval.report.page import single_page
 from ploughval.report.results import read_results
 from ploughval.run.findings import Findings
+from ploughval.run.finish import finish
+from ploughval.run.kept.store import Store
 from ploughval.run.results import write_results
 from ploughval.scene import Scene
 
@@ -44,6 +46,7 @@ def scene(tmp_path):
 def page_of(scene, tmp_path):
     found = Findings(calibration=calibrate(scene, FRAMES))
     write_results(scene, found, tmp_path / "results")
+    finish(scene, found, Store(tmp_path / "results"), None)
     return single_page(read_results(tmp_path / "results")), found.calibration
 
 
