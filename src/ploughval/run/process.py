@@ -92,19 +92,7 @@ def process_folder(
         with one_step(progress, "results"):
             write_results(scene, run.found, results)
         report = finish(scene, run.found, kept, page)
-    comparison = run.found.comparison
-    return Outcome(
-        name=scene.test.name,
-        results=results,
-        complete=run.found.complete,
-        faults=tuple(run.found.faults),
-        warnings=(*run.found.warnings, *kept.refused),
-        metrics={} if comparison is None else metrics_mapping(comparison),
-        steps=tuple(step.value for step in scene.steps),
-        seconds=time.perf_counter() - start,
-        report=report,
-        reused=reused(kept),
-    )
+    return run.outcome(report, time.perf_counter() - start)
 
 
 class _Run:
@@ -137,6 +125,22 @@ class _Run:
             found.history = self._attempt(Step.MODEL, self._simulate)
         if Step.COMPARE in steps and found.history is not None:
             found.comparison = self._attempt(Step.COMPARE, self._compare)
+
+    def outcome(self, report: Path | None, seconds: float) -> Outcome:
+        """What became of the test, when all is written."""
+        found = self.found
+        return Outcome(
+            name=self.scene.test.name,
+            results=self.kept.results,
+            complete=found.complete,
+            faults=tuple(found.faults),
+            warnings=(*found.warnings, *self.kept.refused),
+            metrics={} if found.comparison is None else metrics_mapping(found.comparison),
+            steps=tuple(step.value for step in self.scene.steps),
+            seconds=seconds,
+            report=report,
+            reused=reused(self.kept),
+        )
 
     def _attempt(self, step: str, action: Callable[[], Value]) -> Value | None:
         """Run a step; a fault that the user can cause costs this step alone, and is named."""
