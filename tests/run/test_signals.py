@@ -19,8 +19,14 @@ from broken_folders_base import make_sound
 
 PATIENCE_S = 120
 KEPT = "what is finished is kept; the same command goes on from there"
+HEARING = """
+import signal
+for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+    signal.signal(getattr(signal, name), signal.SIG_DFL)
+"""
+"""Whoever runs the tests may have signals ignored, as a shell has of what it runs in the background."""
 APP = """
-import signal, sys, time, typer
+import sys, time, typer
 from ploughval.stopping import listen
 from ploughval.talk import command
 app = typer.Typer()
@@ -73,7 +79,7 @@ ploughval.cli.main()
 
 def app_that(work, before=""):
     """A script of one command that works like this."""
-    return APP.format(work=work, before=before)
+    return HEARING + APP.format(work=work, before=before)
 
 
 @pytest.fixture(scope="module")
@@ -211,7 +217,7 @@ def test_a_reader_that_has_gone_ends_a_command_without_a_word():
 
 def test_a_signal_in_the_middle_of_a_file_takes_it_back_and_the_run_goes_on(folder, tmp_path, begun):
     out = tmp_path / "out"
-    process = begun(["-c", STANDING], "process", folder, "--out", out, until="at the file")
+    process = begun(["-c", HEARING + STANDING], "process", folder, "--out", out, until="at the file")
     assert len(scraps(out)) == 1
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE_S)
