@@ -181,3 +181,11 @@ def renamed(name: str, new: str) -> Spoil:
         table.write_bytes(table.read_bytes().replace(name.encode(), os.fsencode(quoted)))
 
     return spoil
+
+
+def result_bytes(out: Path, *left_out: str) -> dict[str, bytes]:
+    """Bytes of every file of a result folder by name, but some, and what is kept to go on from."""
+    files = [path for path in sorted(out.rglob("*")) if path.is_file() and ".store" not in path.parts]
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes() for path in files if path.name not in left_out
+    }

@@ -20,7 +20,7 @@ from ploughval.run import process_folder
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-from broken_folders_base import make_sound
+from broken_folders_base import make_sound, result_bytes
 
 NOT_SAME = {"run.json"}  # holds timings
 SYNTH = ("--frames", 2, "--displacement", 2, "--mm-per-px", 0.9)
@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def whole(folder, tmp_path_factory):
     """Bytes of every result file where there is room."""
-    return results_in(process_folder(folder, out=tmp_path_factory.mktemp("whole") / "out").results)
+    return result_bytes(process_folder(folder, out=tmp_path_factory.mktemp("whole") / "out").results)
 
 
 @pytest.fixture
@@ -73,14 +73,6 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def results_in(out):
-    return {
-        path.relative_to(out).as_posix(): path.read_bytes()
-        for path in sorted(out.rglob("*"))
-        if path.is_file() and ".store" not in path.parts
-    }
-
-
 def scraps(place):
     return [str(path) for path in place.rglob(".*") if path.name != ".store"]
 
@@ -111,12 +103,12 @@ def test_a_full_disk_ends_process_with_a_message_and_room_lets_it_end_whole(
     assert told_once(result, place), result.stderr
     assert "no space is left" in result.stderr
     assert scraps(place) == []
-    left = results_in(place / "out")
+    left = result_bytes(place / "out")
     assert all(data == whole[name] for name, data in left.items() if name not in NOT_SAME)
     assert "report.html" not in left
     small_disk("size=4M")
     assert run("process", folder, "--out", place / "out").exit_code == 0
-    found = results_in(place / "out")
+    found = result_bytes(place / "out")
     assert found.pop("report.html")
     assert same(found, whole)
 
@@ -135,8 +127,8 @@ def test_a_disk_that_can_only_be_read_keeps_earlier_results_whole(folder, whole,
     assert told_once(result, place), result.stderr
     assert "the disk can only be read" in result.stderr
     small_disk("rw")
-    assert same(results_in(place / "out"), whole)
-    assert "run.json" in results_in(place / "out")
+    assert same(result_bytes(place / "out"), whole)
+    assert "run.json" in result_bytes(place / "out")
 
 
 @contextmanager
@@ -172,7 +164,7 @@ def test_whichever_file_fails_the_others_are_whole_and_the_record_never_lies(fol
     for number in itertools.count(1):
         with failing_write(number, errno.EDQUOT) as synced:
             told.append(refusal_of(folder, out))
-        found = results_in(out)
+        found = result_bytes(out)
         assert scraps(out) == []
         assert all(data == whole[name] for name, data in found.items() if name not in NOT_SAME)
         assert ("run.json" in found) == (told[-1] is None)
@@ -189,7 +181,7 @@ def test_a_stage_that_cannot_be_kept_costs_only_the_keeping(folder, whole, tmp_p
     with failing_write(1, errno.ENOSPC):
         outcome = process_folder(folder, out=tmp_path / "out")
     assert outcome.complete
-    assert same(results_in(outcome.results), whole)
+    assert same(result_bytes(outcome.results), whole)
     assert [text for text in outcome.warnings if "not kept for another run" in text and "no space" in text]
 
 
@@ -228,10 +220,10 @@ def test_a_full_disk_ends_simulate_with_a_message(size_kB, folder, small_disk):
 def test_a_disk_that_fills_up_leaves_no_tables_of_two_model_runs(folder, small_disk):
     place = small_disk("size=4M")
     assert run("simulate", folder, "--out", place / "out", "--displacement", 20).exit_code == 0
-    earlier = results_in(place / "out")
+    earlier = result_bytes(place / "out")
     small_disk(f"size={sum(map(len, earlier.values())) // 1024 + 40}k")
     assert told_once(run("simulate", folder, "--out", place / "out", "--displacement", 60), place)
-    left = results_in(place / "out")
+    left = result_bytes(place / "out")
     assert left
     assert not set(left.values()) & set(earlier.values())
 

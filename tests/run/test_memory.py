@@ -18,7 +18,7 @@ from ploughval.run import process_folder
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-from broken_folders_base import make_sound, setting
+from broken_folders_base import make_sound, result_bytes, setting
 
 FEW_MB = (40, 160)
 LIMITED = """
@@ -49,18 +49,15 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def whole(folder, tmp_path_factory):
-    return files_of(process_folder(folder, out=tmp_path_factory.mktemp("whole") / "out").results)
+    return result_bytes(
+        process_folder(folder, out=tmp_path_factory.mktemp("whole") / "out").results, "run.json"
+    )
 
 
 @pytest.fixture
 def no_room(monkeypatch):
     """A machine without room for a picture that is decoded."""
     monkeypatch.setattr("ploughval.memory._has_room", lambda size_bytes: False)
-
-
-def files_of(out):
-    files = [path for path in sorted(out.rglob("*")) if path.is_file() and ".store" not in path.parts]
-    return {path.relative_to(out).as_posix(): path.read_bytes() for path in files if path.name != "run.json"}
 
 
 def opencv_without_memory():
@@ -124,7 +121,7 @@ def test_no_photograph_is_lost_for_want_of_memory(folder, whole, tmp_path, monke
     assert "out of memory (Unable to allocate 9 GiB)" in told[0]
     assert "Traceback" not in result.output
     assert not (tmp_path / "out" / "run.json").exists()
-    assert files_of(process_folder(folder, out=tmp_path / "out").results) == whole
+    assert result_bytes(process_folder(folder, out=tmp_path / "out").results, "run.json") == whole
 
 
 def _fail(*_):

@@ -18,7 +18,7 @@ from ploughval.run import process_folder
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-from broken_folders_base import make_sound
+from broken_folders_base import make_sound, result_bytes
 
 ELSEWHERE = ("folder", "code_hash", "timings_s", "stages", "reused")
 """Keys of run.json that say where, by which code, how fast, and by what kept stages a test was processed."""
@@ -50,11 +50,7 @@ def usual(folder, tmp_path_factory):
 
 def files_of(out):
     """Bytes of every result file, and what run.json holds, key by key."""
-    files = {
-        path.relative_to(out).as_posix(): path.read_bytes()
-        for path in sorted(out.rglob("*"))
-        if path.is_file() and ".store" not in path.parts
-    }
+    files = result_bytes(out)
     record = json.loads(files["run.json"])
     del files["run.json"]
     return files | {f"run.json: {key}": value for key, value in record.items() if key not in ELSEWHERE}

@@ -15,7 +15,7 @@ from ploughval.run import process_folder
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-from broken_folders_base import make_sound
+from broken_folders_base import make_sound, result_bytes
 
 PATIENCE_S = 120
 KEPT = "what is finished is kept; the same command goes on from there"
@@ -141,12 +141,6 @@ def scraps(place):
     return [path.name for path in place.rglob(".*") if ".part-" in path.name]
 
 
-def results_in(out):
-    left_out = ("run.json", "report.html")
-    paths = [path for path in sorted(out.rglob("*")) if path.is_file() and ".store" not in path.parts]
-    return {str(path.relative_to(out)): path.read_bytes() for path in paths if path.name not in left_out}
-
-
 @pytest.mark.parametrize(
     ("name", "code", "by"),
     [("SIGINT", 130, ""), ("SIGTERM", 143, " by SIGTERM"), ("SIGHUP", 129, " by SIGHUP")],
@@ -228,7 +222,8 @@ def test_a_signal_in_the_middle_of_a_file_takes_it_back_and_the_run_goes_on(fold
     assert not (out / "run.json").exists()
     again = process_folder(folder, out=out)
     assert "photographs" in again.reused
-    assert results_in(out) == results_in(process_folder(folder, out=tmp_path / "whole").results)
+    whole = process_folder(folder, out=tmp_path / "whole").results
+    assert result_bytes(out, "run.json", "report.html") == result_bytes(whole, "run.json", "report.html")
 
 
 def test_a_signal_ends_the_processes_of_several_tests_too(folder, tmp_path, begun):
