@@ -19,7 +19,7 @@ from ploughval.compare.force.reading import read_force
 from ploughval.compare.force.scalars import force_quantities
 from ploughval.model import History, simulate
 from ploughval.scene import Blade, Scene, Soil, TestTable
-from speed_error_timing import timed
+from speed_error.timing import timed
 
 COUNTS = (16, 32, 64, 128, 256)
 REFERENCE = 2048

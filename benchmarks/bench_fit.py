@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fit_settings import SETTING_COLUMNS, setting_rows
+from fit_study.settings import SETTING_COLUMNS, setting_rows
 from ploughval.model import force_history
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.scene import Scene

@@ -1,6 +1,6 @@
 """Force and line of action from made load-cell records: error, coverage of the stated uncertainty, time.
 
-The records are those of ``force_rigs``. force.csv tells what limits the force, case by case;
+The records are those of ``made.rigs``. force.csv tells what limits the force, case by case;
 force-settings.csv what the settings and the number of empty runs change, and what they cost.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from force_rigs import NOISE, Case, Rig, accuracy
+from made.rigs import NOISE, Case, Rig, accuracy
 from ploughval.loadcells import measure_force
 
 COLUMNS = (

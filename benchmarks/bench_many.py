@@ -19,11 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from big_sequence import BIG, framed
 from ploughval import process
 from ploughval.run.many.child import Task
 from ploughval.run.many.pool import Hearers, Pool
 from ploughval.synth import EXAMPLE, make_folder
+from sequences.big import BIG, framed
 
 RECIPE = replace(EXAMPLE, frames=8, displacement_mm=16.0)
 LARGE = replace(BIG, frames=4, displacement_mm=4.0, box_length_mm=370.0)

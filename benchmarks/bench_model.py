@@ -9,13 +9,14 @@ over the nodes of the surface.
 import argparse
 import csv
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from model_settings import SETTING_COLUMNS, setting_rows
+from model_study.costs import OTHER_METHODS_S, seconds
+from model_study.settings import SETTING_COLUMNS, setting_rows
 from ploughval.model import force_history, simulate, simulate_many
 from ploughval.model.mechanism import initial_force
 from ploughval.scene import Scene
@@ -23,7 +24,6 @@ from ploughval.scene import Scene
 TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 DEFAULT = 1e-3
 FINEST = 1e-5  # the limit: first order, so the default tolerance's error is known to one per cent of itself
-REPEATS = 7
 TRAVEL_DEPTHS = 3.5
 DEPTH_MM = 30.0
 MANY = 1000
@@ -41,14 +41,6 @@ SOLVED_ELSEWHERE = {
     "50/32 repose 50": ((1.240, 1.763), (3.159, 2.739)),
     "50/32 wall 10": ((1.882, 1.828),),
     "36/32": ((0.391, 1.353), (0.953, 1.781), (1.702, 2.288), (2.647, 2.875)),
-}
-# CPU seconds of other methods for u = 50 mm at d = 30 mm, measured once on one core of a 2-core machine:
-# YADE 2023.02a with 8 664 and 5 524 grains, a Taichi MLS-MPM, the paper's scheme word by word.
-OTHER_METHODS_S = {
-    "DEM, 1.2 mm grains": 937.0,
-    "DEM, 1.5 mm grains": 294.0,
-    "MPM, 34 176 particles": 210.0,
-    "the paper's scheme, pairwise avalanche": 13.0,
 }
 COLUMNS = (
     "soil",
@@ -101,17 +93,6 @@ def scene_of(soil: dict[str, float], **blade: float) -> Scene:
             "soil": {"unit_weight_kN_m3": 16.0, **settings},
         }
     )
-
-
-def seconds(run: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Least time of a call that has been compiled: other work on the machine only adds to it."""
-    run()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def switches(run: Run) -> np.ndarray:

@@ -2,7 +2,7 @@
 
     python benchmarks/bench_piv.py [--out reports/speed-error] [--seeds 3] [--quick]
 
-The cases are those of ``piv_cases``. Errors are pooled over the seeds; times are medians of rounds, in one
+The cases are those of ``correlation.cases``. Errors are pooled over the seeds; times are medians of rounds, in one
 thread unless the table says otherwise: points a second by the clock, microseconds of CPU a point.
 """
 
@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import piv_cases as cases
-import piv_figures as figures
+from correlation import cases, figures
 from ploughval.piv import Tracks, correlate
-from speed_error_timing import Seconds, timed
+from speed_error.timing import Seconds, timed
 
 Floats = NDArray[np.float64]
 ROUNDS = 3

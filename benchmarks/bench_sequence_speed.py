@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from big_sequence import BIG, first_frames, make_big
-from sequence_errors import errors_of
-from sequence_process import Processed, process_afresh
-from sequence_rows import Row, missed, side_by_side
+from sequences.big import BIG, first_frames, make_big
+from sequences.errors import errors_of
+from sequences.process import Processed, process_afresh
+from sequences.rows import Row, missed, side_by_side
 
 LIMITS = {"photographs": 45.0, "whole": 60.0, "memory": 1.5}  # s, s, GB: a test of 60 photographs
 

@@ -23,7 +23,7 @@ from ploughval.piv import Tracker, correlate
 from ploughval.scene import Piv, Scene, load_scene
 from ploughval.synth import EXAMPLE, SynthOptions, Truth, make_folder
 from ploughval.tracers import Watcher, place_points
-from speed_error_timing import Seconds, timed
+from speed_error.timing import Seconds, timed
 
 Floats = NDArray[np.float64]
 Rule = Callable[["Film", "Setting", Floats], Floats]

@@ -15,8 +15,8 @@ from ploughval import process
 from ploughval.axes import Direction
 from ploughval.run.results import results_of
 from ploughval.synth import EXAMPLE, SynthOptions, make_folder
-from sequence_errors import errors_of
-from sequence_rows import Row, missed, side_by_side
+from sequences.errors import errors_of
+from sequences.rows import Row, missed, side_by_side
 
 QUICK = replace(EXAMPLE, frames=10, mm_per_px=0.5)
 

@@ -18,20 +18,16 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import broken_folders_logs
-import broken_folders_names
-import broken_folders_pictures
-import broken_folders_settings
-import broken_folders_tables
-from broken_folders_base import Case, make_sound
-from broken_folders_run import Verdict, make, run
+from broken import logs, names, pictures, settings, tables
+from broken.base import Case, make_sound
+from broken.run import Verdict, make, run
 
 KINDS = (
-    broken_folders_pictures,
-    broken_folders_names,
-    broken_folders_logs,
-    broken_folders_tables,
-    broken_folders_settings,
+    pictures,
+    names,
+    logs,
+    tables,
+    settings,
 )
 
 

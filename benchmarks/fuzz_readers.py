@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fuzz_seeds import Reader, all_readers
+from broken.seeds import Reader, all_readers
 from ploughval.errors import PloughvalError
 
 LIMIT_BYTES = 4 << 30

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from piv_cases import SEED, Case, Metrics, all_cases, make_pair, score
+from correlation.cases import SEED, Case, Metrics, all_cases, make_pair, score
 
 ADAPTORS = Path(__file__).resolve().parent / "peers"
 TIMED = "shift 0.25 noise 3"

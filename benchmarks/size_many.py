@@ -20,9 +20,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from big_sequence import BIG, SPACING_PX, first_frames, make_big
 from ploughval.run.walk.photographs import walk_to
 from ploughval.synth import EXAMPLE, make_folder
+from sequences.big import BIG, SPACING_PX, first_frames, make_big
 
 TESTS = 10_000
 GBIT_S = 1.0

@@ -10,31 +10,26 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-import speed_error_compare
-import speed_error_fit
-import speed_error_force
-import speed_error_model
-import speed_error_piv
-import speed_error_sequences
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, Tile, value_cell
 from ploughval.report.page import render
 from ploughval.report.text import brief, label
-from speed_error_figure import panel_figure, save_png, subject_figure
-from speed_error_machine import NAME as MACHINE
-from speed_error_machine import PROTOCOL, read_machine
-from speed_error_other import Facts, chapters
-from speed_error_points import ERROR, Panel, Point, Subject
-from speed_error_words import shown
+from speed_error import compare, fit, force, model, piv, sequences
+from speed_error.figure import panel_figure, save_png, subject_figure
+from speed_error.machine import NAME as MACHINE
+from speed_error.machine import PROTOCOL, read_machine
+from speed_error.other import Facts, chapters
+from speed_error.points import ERROR, Panel, Point, Subject
+from speed_error.words import shown
 
 PAGE, README = "index.html", "README.md"
 Builder = Callable[[Path], Subject | None]
 SUBJECTS: dict[str, Builder] = {
-    "piv": speed_error_piv.subject,
-    "sequences": speed_error_sequences.subject,
-    "force": speed_error_force.subject,
-    "model": speed_error_model.subject,
-    "fit": speed_error_fit.subject,
-    "compare": speed_error_compare.subject,
+    "piv": piv.subject,
+    "sequences": sequences.subject,
+    "force": force.subject,
+    "model": model.subject,
+    "fit": fit.subject,
+    "compare": compare.subject,
 }
 """By the name of the bench that measures them."""
 PICTURES = {

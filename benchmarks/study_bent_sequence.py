@@ -20,7 +20,7 @@ from ploughval import process
 from ploughval.photos.calibration.homography import inverse, project
 from ploughval.photos.calibration.lens import Lens
 from ploughval.synth import EXAMPLE, adapt, load_truth, make_folder
-from sequence_errors import Tracked, blade_errors, layer_errors, surface_errors, track_errors
+from sequences.errors import Tracked, blade_errors, layer_errors, surface_errors, track_errors
 
 SIZE = {"frames": 10, "mm_per_px": 0.25, "displacement_mm": 15.0, "rate_hz": 20.0, "noise_grey": 1.0}
 MADE = adapt(EXAMPLE, soil={}, loadcells=False, **SIZE)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from made_cameras import SHAPE, made_camera, window_points
+from made.cameras import SHAPE, made_camera, window_points
 from ploughval.errors import CalibrationError
 from ploughval.photos.calibration.blunder import refuse_blunder
 from ploughval.photos.calibration.camera_fit import PointSet, fit_camera

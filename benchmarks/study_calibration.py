@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from light_png import save_light
-from made_cameras import SHAPE, made_camera, over_window, window_points
+from drawing.png import save_light
+from made.cameras import SHAPE, made_camera, over_window, window_points
 from ploughval.photos.calibration.camera_fit import PointSet, fit_camera
 from ploughval.photos.calibration.camera_model import spread_of
 from ploughval.scene import Window

@@ -4,11 +4,11 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from fit_coverage import coverage, shares
-from fit_example import example, rankine
-from fit_figures import intervals_figure, landscapes_figure, save, virtual_figure
-from fit_folders import folders
-from fit_objectives import compare_objectives
+from fit_study.coverage import coverage, shares
+from fit_study.example import example, rankine
+from fit_study.figures import intervals_figure, landscapes_figure, save, virtual_figure
+from fit_study.folders import folders
+from fit_study.objectives import compare_objectives
 
 PARTS = ("objectives", "example", "coverage", "folders")
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from hard_cases import COLUMNS, Outcome, Part, attempt
-from hard_cases_page import draw_sheet, write_page, write_readme
+from hard.cases import COLUMNS, Outcome, Part, attempt
+from hard.page import draw_sheet, write_page, write_readme
 
 PARTS = (
     "photographs",
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def part_of(key: str) -> Part:
     """The module of a part's cases, by name."""
-    part: Part = importlib.import_module(f"hard_cases_{key}").PART
+    part: Part = importlib.import_module(f"hard.{key}").PART
     return part
 
 

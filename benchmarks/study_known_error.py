@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 
 from hundred_tests import SOIL_STDS
-from known_error_figures import draw_coverage, draw_power
-from known_errors import error_rows, told_off, verdict_rows
+from known_error.errors import error_rows, told_off, verdict_rows
+from known_error.figures import draw_coverage, draw_power
 from ploughval.scene import Soil, load_scene
 
 OFF = ("peak_friction_deg", "residual_friction_deg")
@@ -88,7 +88,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     rows : DataFrame
-        Of :func:`known_errors.error_rows`, all tests.
+        Of :func:`known_error.errors.error_rows`, all tests.
 
     Returns
     -------

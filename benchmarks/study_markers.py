@@ -17,12 +17,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from piv_figures import save
+from correlation.figures import save
+from drawing.style import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, style
 from ploughval.photos.markers.find import find_markers
 from ploughval.photos.markers.watch import MarkerWatch
 from ploughval.synth.discs import disc_cover
 from ploughval.synth.sand import sand_texture
-from study_model_figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, style
 
 Floats = NDArray[np.float64]
 PALE, CONTRAST, DISC = 180.0, 60.0, 2.4

@@ -16,15 +16,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from known_errors import measured_tables
-from light_png import lighten
+from drawing.png import lighten
+from known_error.errors import measured_tables
+from model_study.virtual import davis
 from ploughval.compare.force.curve import measured_curve
 from ploughval.compare.softening.table import FrictionFindings, read_friction
 from ploughval.report.figures import SofteningLine, mobilised_figure
 from ploughval.report.figures.style import INK, new_figure, saved, styled
 from ploughval.scene import Scene, load_scene
 from ploughval.synth import Truth, load_truth
-from study_model_virtual import davis
 
 Floats = NDArray[np.float64]
 NORMAL_95 = 1.959964

@@ -12,24 +12,22 @@ from pathlib import Path
 
 import pandas as pd
 
-import study_model_blades as blades
-import study_model_blades_figures as blade_figures
-import study_model_figures as figures
-import study_model_page as page
-import study_model_runs as runs
-import study_model_virtual as virtual
+from drawing.style import BLUE, GREEN, ORANGE, SKY, VERMILION, save, style
+from model_study import blades, figures, page, runs, virtual
+from model_study import blades_figures as blade_figures
+from virtual.folder import virtual_folder
 
-TEMPLATE = Path(__file__).with_name("study_model.md")
+TEMPLATE = Path(__file__).with_name("model_study") / "page.md"
 LENGTHS = {
-    "length_1_d": ("start to first switch", figures.BLUE, "o"),
-    "length_2_d": ("first to second switch", figures.ORANGE, "s"),
-    "length_3_d": ("second to third switch", figures.GREEN, "^"),
+    "length_1_d": ("start to first switch", BLUE, "o"),
+    "length_2_d": ("first to second switch", ORANGE, "s"),
+    "length_3_d": ("second to third switch", GREEN, "^"),
 }
 FORCES = {
-    "trough_0_P0": ("trough of the first band", figures.BLUE, "o"),
-    "peak_1_P0": ("first switch", figures.VERMILION, "s"),
-    "trough_1_P0": ("trough of the second band", figures.SKY, "^"),
-    "peak_2_P0": ("second switch", figures.ORANGE, "D"),
+    "trough_0_P0": ("trough of the first band", BLUE, "o"),
+    "peak_1_P0": ("first switch", VERMILION, "s"),
+    "trough_1_P0": ("trough of the second band", SKY, "^"),
+    "peak_2_P0": ("second switch", ORANGE, "D"),
 }
 
 
@@ -66,7 +64,7 @@ def blade() -> dict[str, pd.DataFrame]:
 
 def material_points() -> dict[str, pd.DataFrame]:
     """The comparison with a material-point run; nothing where that is not at hand."""
-    folder = virtual.virtual_folder()
+    folder = virtual_folder()
     if folder is None:
         return {}
     histories, readings = virtual.histories(folder)
@@ -100,24 +98,22 @@ def make_tables(out: Path, parts: list[str]) -> dict[str, pd.DataFrame]:
 
 def make_figures(tables: dict[str, pd.DataFrame], out: Path) -> None:
     """Draw every figure whose tables are there."""
-    with figures.style():
-        figures.save(figures.numerics(tables["increments"], tables["nodes"]), out / "numerics")
-        figures.save(figures.rules(tables["rules-histories"]), out / "rules")
-        figures.save(
-            figures.influences(tables["influences"], LENGTHS, "displacement, d", 5.2), out / "periods"
-        )
-        figures.save(figures.influences(tables["influences"], FORCES, "force, P0", 5.0), out / "forces")
-        figures.save(figures.friction_map(tables["friction-map"]), out / "friction-map")
-        figures.save(blade_figures.inclinations(tables["inclinations"]), out / "inclinations")
+    with style():
+        save(figures.numerics(tables["increments"], tables["nodes"]), out / "numerics")
+        save(figures.rules(tables["rules-histories"]), out / "rules")
+        save(figures.influences(tables["influences"], LENGTHS, "displacement, d", 5.2), out / "periods")
+        save(figures.influences(tables["influences"], FORCES, "force, P0", 5.0), out / "forces")
+        save(figures.friction_map(tables["friction-map"]), out / "friction-map")
+        save(blade_figures.inclinations(tables["inclinations"]), out / "inclinations")
         rough = blades.rough_histories()
-        figures.save(blade_figures.block_forces(rough, tables["two-blocks"]), out / "two-blocks")
-        figures.save(blade_figures.block_layers(rough), out / "two-block-layers")
+        save(blade_figures.block_forces(rough, tables["two-blocks"]), out / "two-blocks")
+        save(blade_figures.block_layers(rough), out / "two-block-layers")
         if names := runs.directions():
-            figures.save(figures.direction_rules(tables["rules-histories"], names), out / "directions")
+            save(figures.direction_rules(tables["rules-histories"], names), out / "directions")
         if "virtual" in tables:
             davis = tuple(tables["virtual-speed"][[f"davis_{k}_deg" for k in ("peak", "residual")]].iloc[0])
             drawn = figures.virtual(tables["virtual-histories"], tables["virtual-friction"], davis)
-            figures.save(drawn, out / "virtual")
+            save(drawn, out / "virtual")
 
 
 def main(arguments: list[str] | None = None) -> Path:

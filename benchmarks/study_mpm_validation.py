@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mpm_validation_figures import draw_histories, draw_layers, draw_verdicts
+from model_study.virtual import davis, measured, mobilised, run_soil
 from ploughval import process
 from ploughval.scene import load_scene
-from study_model_virtual import davis, measured, mobilised, run_soil
-from study_virtual import PARTS
-from virtual_experiment import make_experiment, read_force, state_direction
-from virtual_photographs import read_run
+from virtual.experiment import make_experiment, read_force, state_direction
+from virtual.photographs import PARTS, read_run
+from virtual.validation_figures import draw_histories, draw_layers, draw_verdicts
 
 RULES = ("least_force", "least_softened")
 LARGEST_PAGE = 2_000_000  # bytes; a larger one is not kept

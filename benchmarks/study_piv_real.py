@@ -14,13 +14,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-import study_piv_real_figures as figures
-from piv_figures import save
+from correlation import real_figures as figures
+from correlation.figures import save
+from correlation.real_figures import PERIODS, STILL, WAVE_SETTINGS
+from drawing.style import style
 from ploughval.axes import Status
 from ploughval.photos.reading.decode import decode
 from ploughval.piv import Tracks, correlate
-from study_model_figures import style
-from study_piv_real_figures import PERIODS, STILL, WAVE_SETTINGS
 
 Floats = NDArray[np.float64]
 Pictures = list[NDArray[Any]] | dict[int, NDArray[Any]]

@@ -18,10 +18,10 @@ from ploughval.axes import Status
 from ploughval.photos.reading.decode import decode
 from ploughval.piv import FramePoints, Tracker
 from ploughval.scene import Piv
-from real_figures import draw_tracks, draw_wall
-from real_wedge import dyed_line
-from sequence_process import process_afresh
-from sequence_rows import Row, rms
+from sequences.process import process_afresh
+from sequences.real_figures import draw_tracks, draw_wall
+from sequences.real_wedge import dyed_line
+from sequences.rows import Row, rms
 
 Floats = NDArray[np.float64]
 

@@ -24,8 +24,7 @@ from ploughval.report.figures.several import (
 from ploughval.report.figures.style import saved
 from ploughval.report.results import read_results
 from ploughval.report.several import SeveralFindings, find_several
-from repeatability_page import readme
-from repeatability_tests import (
+from several.made import (
     DEPTH_MM,
     DEPTHS_MM,
     MEAN,
@@ -33,6 +32,7 @@ from repeatability_tests import (
     population,
     true_values,
 )
+from several.page import readme
 
 SANDS = 1000  # drawn to know the scatter that was put in
 SEED = 31

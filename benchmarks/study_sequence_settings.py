@@ -15,10 +15,10 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
+from drawing.style import BLUE, GREY, VERMILION, save, style
 from ploughval.synth import EXAMPLE, make_folder
-from sequence_errors import geometry_errors
-from sequence_process import process_afresh
-from study_model_figures import BLUE, GREY, VERMILION, save, style
+from sequences.errors import geometry_errors
+from sequences.process import process_afresh
 
 BASE = replace(EXAMPLE, name="settings", seed=31, mm_per_px=0.125, frames=24)
 SUBSET_PX, SPACING_PX = 31, 15.0

@@ -17,12 +17,12 @@ from pathlib import Path
 import pandas as pd
 
 from ploughval.synth import make_folder
-from sequence_cases import Case, cases
-from sequence_errors import geometry_errors
-from sequence_fates import FATES, confusion
-from sequence_figures import draw_cases
-from sequence_process import process_afresh
-from sequence_rows import Row, missed, side_by_side
+from sequences.cases import Case, cases
+from sequences.errors import geometry_errors
+from sequences.fates import FATES, confusion
+from sequences.figures import draw_cases
+from sequences.process import process_afresh
+from sequences.rows import Row, missed, side_by_side
 
 PROCESSES = 2
 

@@ -20,11 +20,11 @@ import pandas as pd
 
 from ploughval.scene import load_scene
 from ploughval.synth import EXAMPLE, load_truth, make_folder
-from sequence_errors import Tracked, frames_of, geometry_errors
-from sequence_process import Processed, process_afresh
-from sequence_rows import Row, missed
-from spoil import SPOILS, Spoil, photos_of
-from stability_figures import draw_sheet
+from sequences.errors import Tracked, frames_of, geometry_errors
+from sequences.process import Processed, process_afresh
+from sequences.rows import Row, missed
+from sequences.spoil import SPOILS, Spoil, photos_of
+from sequences.spoil_figures import draw_sheet
 
 BASE = replace(EXAMPLE, name="stability", seed=21, mm_per_px=0.125, frames=24)
 FRAME = 12  # the photograph that is spoiled, or from which on

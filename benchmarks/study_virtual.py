@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ploughval.axes import Status
-from sequence_process import process_afresh
-from sequence_rows import Row, rms, side_by_side
-from virtual_figures import draw_bands, draw_overlays
-from virtual_photographs import (
+from sequences.process import process_afresh
+from sequences.rows import Row, rms, side_by_side
+from virtual.figures import draw_bands, draw_overlays
+from virtual.photographs import (
     OPTIONS,
+    PARTS,
     VirtualRun,
     bounded,
     gradients,
@@ -30,7 +31,6 @@ from virtual_photographs import (
 
 Floats = NDArray[np.float64]
 
-PARTS = 3  # photographs for each frame that the run kept: 0.83 mm of travel from one to the next
 SWITCH_MM = 25.5  # when the run's second band takes over, from its force
 _COHERENT = (0.85, 1.2)  # principal stretches of sand that has hardly deformed since the start
 _BIN_MM = 1.0

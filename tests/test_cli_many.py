@@ -3,17 +3,12 @@
 import json
 import re
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from broken.base import make_sound
 from ploughval.cli import app
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-
-from broken_folders_base import make_sound
 
 TIMES = ("timings_s", "seconds")
 

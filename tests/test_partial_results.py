@@ -2,17 +2,12 @@
 
 import json
 import shutil
-import sys
-from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from broken.base import make_sound
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-
-from broken_folders_base import make_sound
 
 OF_PHOTOGRAPHS = ("surface.csv", "layers.csv", "increments.csv", "calibration.json")
 OF_FORCE = ("force.csv", "budget.csv")

@@ -12,7 +12,6 @@ import xarray as xr
 from ploughval.synth import EXAMPLE, Truth, adapt, make_folder
 
 sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 SMALL = adapt(EXAMPLE, soil={}, frames=12, mm_per_px=0.6, displacement_mm=22.0, rate_hz=20.0, noise_grey=1.0)
 

@@ -13,7 +13,7 @@ from speed_error_tables import write_some
 from ploughval.errors import ConfigError
 from ploughval.run import benches
 from ploughval.run.benches import Benches, bench_folder, run_benches, write_bench_page
-from speed_error_machine import machine_facts, read_machine, write_machine
+from speed_error.machine import machine_facts, read_machine, write_machine
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = """import argparse

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from big_sequence import first_frames, framed
 from ploughval.scene import load_scene
 from ploughval.synth import load_truth
 from ploughval.synth.view import frame_view
+from sequences.big import first_frames, framed
 
 
 def test_photographs_have_the_size_asked_for(made):

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hard_cases import Fate, Happened, HardCase, Part, attempt
-from hard_cases_correlation import PART as CORRELATION
-from hard_cases_forces import PART as FORCES
-from hard_cases_model import PART as MODEL
-from hard_cases_page import counts_of, kept, verdict, write_page, write_readme
-from hard_cases_tracers import PART as TRACERS
+from hard.cases import Fate, Happened, HardCase, Part, attempt
+from hard.correlation import PART as CORRELATION
+from hard.forces import PART as FORCES
+from hard.model import PART as MODEL
+from hard.page import counts_of, kept, verdict, write_page, write_readme
+from hard.tracers import PART as TRACERS
 from ploughval.errors import DataError
 from study_hard_cases import table_of
 
@@ -112,7 +112,7 @@ def test_a_force_that_is_off_beyond_what_it_states_is_found_wrong():
 
 
 def test_area_that_is_lost_is_seen():
-    from hard_cases_model import area_closure, run_march, scene_law, scene_of
+    from hard.model import area_closure, run_march, scene_law, scene_of
 
     scene = scene_of()
     marched = run_march(scene, scene_law(scene, scene.soil), 30.0, 0.3, store=True)

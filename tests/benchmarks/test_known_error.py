@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binomtest
 
-from known_errors import Tables, error_rows, told_off, true_tables, without_uncertainty
+from known_error.errors import Tables, error_rows, told_off, true_tables, without_uncertainty
 from ploughval.axes import FORCE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS
 from ploughval.model import simulate
 from ploughval.scene import Soil, load_scene

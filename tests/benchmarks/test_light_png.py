@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from light_png import COLOURS, lighten, save_light
+from drawing.png import COLOURS, lighten, save_light
 
 
 def sand_with_line(path):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from light_svg import GREYS, TENTH, light, light_path, main, thinned
+from drawing.svg import GREYS, TENTH, light, light_path, thinned
+from light_svg import main
 from ploughval.report.figures.svg import path_data
 
 BLUE = (0, 114, 178)
@@ -24,7 +25,7 @@ def absolute(text):
 
 def points_of(text):
     """Points of light path data of one line."""
-    from light_svg import _lines
+    from drawing.svg import _lines
 
     (line, _closed), *others = list(_lines(text))
     assert not others

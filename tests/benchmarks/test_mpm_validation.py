@@ -4,8 +4,8 @@ import cv2
 import pandas as pd
 import pytest
 
-from mpm_validation_figures import draw_verdicts
 from study_mpm_validation import RULES, metric_table
+from virtual.validation_figures import draw_verdicts
 
 KEYS = ("unit", "experiment", "experiment_std", "model", "input_std", "numerical_std")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import repeatability_tests as made
+from several import made
 
 
 def test_plan_has_the_repeats_and_the_depths_with_sand_of_their_own():

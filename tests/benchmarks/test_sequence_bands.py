@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sequence_bands import increment_errors, match, true_increments
-from sequence_errors import geometry_errors
+from sequences.bands import increment_errors, match, true_increments
+from sequences.errors import geometry_errors
 
 
 def test_the_true_bands_are_found_without_error(made):

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sequence_errors import errors_of, geometry_errors, true_lines
-from sequence_fates import confusion, torn_apart
-from sequence_rows import Row, missed, side_by_side
+from sequences.errors import errors_of, geometry_errors, true_lines
+from sequences.fates import confusion, torn_apart
+from sequences.rows import Row, missed, side_by_side
 
 
 def values(rows):

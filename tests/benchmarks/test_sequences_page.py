@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from real_wedge import line_by_colour
+from sequences.real_wedge import line_by_colour
 from study_sequences_page import markdown, outside, page
 
 

@@ -8,17 +8,17 @@ import pytest
 import bench_force
 import bench_piv
 import bench_sequences
-import fit_settings
-import force_rigs
-import model_settings
+from fit_study import settings as fits
+from made import rigs
+from model_study import settings as marches
 
 
 def test_every_family_of_every_bench_holds_its_default_once():
     for families, default in (
         (bench_sequences.FAMILIES, bench_sequences.DEFAULT),
         (
-            {name: tuple(members.values()) for name, members in fit_settings.FAMILIES.items()},
-            fit_settings.DEFAULT,
+            {name: tuple(members.values()) for name, members in fits.FAMILIES.items()},
+            fits.DEFAULT,
         ),
     ):
         for name, members in families.items():
@@ -40,24 +40,24 @@ def test_settings_of_a_family_differ_in_one_thing():
 
 
 def test_errors_of_the_model_fall_with_the_increment():
-    limit = model_settings.by_march(model_settings.scene_of(), 1e-5)
-    runs = [model_settings.by_march(model_settings.scene_of(), tolerance) for tolerance in (1e-2, 1e-3, 1e-4)]
-    found = np.array([model_settings.errors(run, limit) for run in runs])
+    limit = marches.by_march(marches.scene_of(), 1e-5)
+    runs = [marches.by_march(marches.scene_of(), tolerance) for tolerance in (1e-2, 1e-3, 1e-4)]
+    found = np.array([marches.errors(run, limit) for run in runs])
     assert np.all(
         found[1:] < 0.2 * found[:-1]
     )  # first order: a tenth, rounding and the limit's own error aside
     assert found[1].max() < 0.2  # per cent, what the default tolerance is to reach
-    assert model_settings.errors(limit, limit) == (0.0, 0.0, 0.0)
+    assert marches.errors(limit, limit) == (0.0, 0.0, 0.0)
 
 
 def test_nodes_in_a_level_surface_change_nothing():
-    plain = model_settings.by_march(model_settings.scene_of(), 1e-3)
-    noded = model_settings.by_march(model_settings.noded(0.3), 1e-3)
+    plain = marches.by_march(marches.scene_of(), 1e-3)
+    noded = marches.by_march(marches.noded(0.3), 1e-3)
     assert np.max(np.abs(noded[1] / plain[1] - 1.0)) < 1e-9  # the same polyline: rounding alone
 
 
 def test_a_rig_without_errors_is_measured_exactly(tmp_path):
-    found = force_rigs.accuracy(force_rigs.Case("exact", rate_hz=20.0), 1, tmp_path)
+    found = rigs.accuracy(rigs.Case("exact", rate_hz=20.0), 1, tmp_path)
     # the log holds nine digits, and the displacement, by which friction is laid on, 0.002 mm of noise
     assert found.force_rms_percent < 1e-3
     assert found.arm_rms_mm < 1e-3
@@ -65,7 +65,7 @@ def test_a_rig_without_errors_is_measured_exactly(tmp_path):
 
 def test_more_empty_runs_lower_the_bound_by_the_scatter_of_their_mean(tmp_path):
     rows = [
-        force_rigs.Rig(
+        rigs.Rig(
             dataclasses.replace(bench_force.SCATTERED, noise_Nm=0.0, empty_runs=runs),
             np.random.default_rng(0),
         )
@@ -76,7 +76,7 @@ def test_more_empty_runs_lower_the_bound_by_the_scatter_of_their_mean(tmp_path):
 
 
 def test_a_record_of_a_seed_has_the_same_errors_whatever_its_rows():
-    short, long = (fit_settings.record(3, rows) for rows in (100, 1000))
+    short, long = (fits.record(3, rows) for rows in (100, 1000))
     assert short.noise_std_N == long.noise_std_N
     difference = short.force_N - np.interp(short.u_mm, long.u_mm, long.force_N)
     away = np.abs(np.diff(short.force_N, prepend=short.force_N[0])) < 4.0 * short.noise_std_N

@@ -9,9 +9,9 @@ from speed_error_tables import TABLES, write_some, write_tables
 
 from ploughval.errors import ConfigError
 from ploughval.run.benches import write_bench_page
+from speed_error.points import ERROR, Level, Panel, Point
+from speed_error.words import BUSY, against, change, dominance, shown
 from speed_error_page import PAGE, README, SUBJECTS, alt_of, page_of, verdict, write_page
-from speed_error_points import ERROR, Level, Panel, Point
-from speed_error_words import BUSY, against, change, dominance, shown
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-import speed_error_timing
-from speed_error_timing import Seconds, timed
+from speed_error import timing
+from speed_error.timing import Seconds, timed
 
 
 @pytest.fixture
@@ -13,7 +13,7 @@ def clock(monkeypatch):
     """A clock that only calls move: each takes the next of the given seconds, and half of it of processor."""
     state = SimpleNamespace(now=0.0, steps=[], calls=0)
     kept = SimpleNamespace(perf_counter=lambda: state.now, process_time=lambda: 0.5 * state.now)
-    monkeypatch.setattr(speed_error_timing, "time", kept)
+    monkeypatch.setattr(timing, "time", kept)
     return state
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import spoil
 from ploughval.scene import load_scene
 from ploughval.synth import load_truth
+from sequences import spoil
 
 FRAME = 6
 

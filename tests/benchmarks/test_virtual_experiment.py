@@ -6,8 +6,8 @@ import pytest
 
 from ploughval.scene import load_scene
 from ploughval.synth.options import SynthOptions
-from virtual_experiment import TOLD, felt_by_blade, make_experiment, state_direction
-from virtual_photographs import OPTIONS, VirtualRun
+from virtual.experiment import TOLD, felt_by_blade, make_experiment, state_direction
+from virtual.photographs import OPTIONS, VirtualRun
 
 TRAVEL_MM = np.linspace(0.0, 1.0, 101)
 FORCE_N_PER_M = 40.0 + 10.0 * np.sin(3.0 * TRAVEL_MM)

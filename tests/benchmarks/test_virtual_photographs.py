@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ploughval.scene import load_scene
-from virtual_photographs import (
+from virtual.photographs import (
     OPTIONS,
     VirtualRun,
     bounded,

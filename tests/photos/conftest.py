@@ -1,25 +1,19 @@
 """Test folders with photographs, written in each case from nothing."""
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from made import cameras as made_cameras
 from ploughval.scene import Scene
 
 
 @pytest.fixture(scope="session")
 def cameras():
     """Cameras known exactly, from the benchmarks' own ray tracing."""
-    path = Path(__file__).parents[2] / "benchmarks" / "made_cameras.py"
-    spec = importlib.util.spec_from_file_location("made_cameras", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return made_cameras
 
 
 @pytest.fixture

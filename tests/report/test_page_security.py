@@ -2,22 +2,17 @@
 
 import csv
 import json
-import sys
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
+from broken.base import make_sound
 from ploughval.report import write_report
 from ploughval.report.captions import Captioned, write_captions
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from broken_folders_base import make_sound
 
 HOSTILE = '"><img src=x onerror=alert(1)></script><script>alert(2)</script><svg onload=f(3)> javascript:f(4)'
 FILE = '<img src=x onerror=alert(5)>&"javascript:'

@@ -7,20 +7,15 @@ import resource
 import shutil
 import stat
 import subprocess
-import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from broken.base import make_sound, result_bytes
 from ploughval.cli import app
 from ploughval.errors import DataError
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from broken_folders_base import make_sound, result_bytes
 
 NOT_SAME = {"run.json"}  # holds timings
 SYNTH = ("--frames", 2, "--displacement", 2, "--mm-per-px", 0.9)

@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from broken.base import make_sound, result_bytes, setting
 from ploughval.cli import app
 from ploughval.errors import DataError
 from ploughval.memory import is_short_of_memory, raise_shortage, shortage
 from ploughval.photos.reading.decode import decode
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from broken_folders_base import make_sound, result_bytes, setting
 
 FEW_MB = (40, 160)
 LIMITED = """

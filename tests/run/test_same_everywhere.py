@@ -7,18 +7,14 @@ import shutil
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import cv2
 import pandas as pd
 import pytest
 
+from broken.base import make_sound, result_bytes
 from ploughval import process
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from broken_folders_base import make_sound, result_bytes
 
 ELSEWHERE = ("folder", "code_hash", "timings_s", "stages", "reused")
 """Keys of run.json that say where, by which code, how fast, and by what kept stages a test was processed."""

@@ -7,15 +7,11 @@ import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
 
+from broken.base import make_sound, result_bytes
 from ploughval.run import process_folder
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from broken_folders_base import make_sound, result_bytes
 
 PATIENCE_S = 120
 KEPT = "what is finished is kept; the same command goes on from there"

@@ -13,7 +13,7 @@ from ploughval.watch import Progress, one_step, unheard
 
 PREFIX = "bench_"
 PAGE = "speed_error_page"
-MACHINE = "speed_error_machine"
+MACHINE = "speed_error.machine"
 KEPT = Path("reports/speed-error")
 """Where tables, figures and the page go."""
 QUICK_NAME = "ploughval-bench-quick"

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
-
 import kill_runs
 from kill_runs import Act, Trial, chosen, files_of
 

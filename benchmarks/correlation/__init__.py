@@ -1,0 +1,1 @@
+"""Exact pictures of sand with a known motion, and figures of the correlation."""

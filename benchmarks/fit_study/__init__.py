@@ -1,0 +1,1 @@
+"""Records, objectives and figures of the study of the fit."""

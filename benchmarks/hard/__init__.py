@@ -1,0 +1,1 @@
+"""Hard cases of every part, and the page of their fate."""

@@ -1,0 +1,1 @@
+"""Made tests whose error is known, and figures of it."""

@@ -1,0 +1,1 @@
+"""Runs, figures and page of the numerical study of the model."""

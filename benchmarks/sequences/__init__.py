@@ -1,0 +1,1 @@
+"""Made tests of whole sequences, their errors against exact truth, and figures."""

@@ -1,0 +1,1 @@
+"""Made tests that repeat each other, and the page of their study."""

@@ -1,0 +1,1 @@
+"""Chapters, figures and sentences of the page of speed against error."""

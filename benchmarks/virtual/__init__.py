@@ -1,0 +1,1 @@
+"""A material-point run seen as an experiment."""
