@@ -7,28 +7,13 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Status, unit_of
+from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Status
 from ploughval.photos import Calibration
+from ploughval.results.catalogue import VARIABLES
 from ploughval.run.walk.window import WindowRecord
 from ploughval.scene import Scene
 
 Floats = NDArray[np.float64]
-
-LONG_NAMES = {
-    "x0_mm": "initial position along the travel",
-    "y0_mm": "initial height above the tip",
-    "layer_mm": "initial height of the tracer layer that the point belongs to",
-    "x_mm": "position along the travel",
-    "y_mm": "height above the tip",
-    "std_mm": "standard deviation of the position, either component, gathered since frame 0",
-    "calibration_std_mm": "standard uncertainty of the initial position from the calibration, rms of its two "
-    "components; common to all frames, not in std_mm; NaN: not known",
-    "zncc": "zero-normalised cross-correlation with the reference",
-    "status": "reason code",
-    "time_s": "time of the photograph by the camera's clock",
-    "u_mm": "blade displacement",
-    "blade_x_mm": "blade face found in the photograph",
-}
 
 
 def tracks_dataset(
@@ -67,7 +52,8 @@ def tracks_dataset(
     }
     dataset = xr.Dataset(data)
     for name, variable in dataset.data_vars.items():
-        variable.attrs = {"units": unit_of(str(name)), "long_name": LONG_NAMES[str(name)]}
+        told = VARIABLES[str(name)]
+        variable.attrs = {"units": told.unit, "long_name": told.meaning}
     dataset["status"].attrs["flag_values"] = np.array([int(s) for s in Status], np.int8)
     dataset["status"].attrs["flag_meanings"] = " ".join(s.meaning for s in Status)
     dataset.attrs = {
