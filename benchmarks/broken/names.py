@@ -93,7 +93,7 @@ def _out_of(place: str, wrap: Callable[[str], str] = lambda name: f'"{name}"') -
     return found
 
 
-def _links() -> list[Case]:
+def _linked_photographs() -> list[Case]:
     outside = ("test.toml", "camera.photos", "lies outside the test folder", "Copy")
     return [
         Case(
@@ -119,6 +119,11 @@ def _links() -> list[Case]:
             ("test.toml", "camera.photos"),
         ),
         Case("link: a photograph to another one", linked(PHOTOGRAPH, "0001.png"), (), (0,), _MEASURED),
+    ]
+
+
+def _linked_tables() -> list[Case]:
+    return [
         Case(
             "link: the log to nowhere",
             linked("loadcells.csv", "/nowhere"),
@@ -255,4 +260,11 @@ def cases() -> list[Case]:
         ways += _out_of(place)
     for place in ("loadcells.empty", "loadcells.calibration.files"):
         ways += _out_of(place, listed)
-    return [*_strange_names(), *_links(), *_no_files(), *_permissions(), *ways]
+    return [
+        *_strange_names(),
+        *_linked_photographs(),
+        *_linked_tables(),
+        *_no_files(),
+        *_permissions(),
+        *ways,
+    ]
