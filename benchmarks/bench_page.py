@@ -30,7 +30,7 @@ from PIL import Image
 from ploughval.report import write_report
 from ploughval.report.photographs import open_photographs
 from ploughval.report.player import player_chapter
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 from ploughval.scene import load_scene
 
 DEPTH_MM, TRAVEL_MM, LONG_MM = 30.0, 60.0, 240.0

@@ -22,8 +22,8 @@ from ploughval.report.figures.several import (
     trends_figure,
 )
 from ploughval.report.figures.style import saved
-from ploughval.report.results import read_results
 from ploughval.report.several import SeveralFindings, find_several
+from ploughval.results import read_results
 from several.made import (
     DEPTH_MM,
     DEPTHS_MM,

@@ -17,7 +17,7 @@ from ploughval.loadcells.logs import read_log
 from ploughval.photos.calibration.file import read_calibration
 from ploughval.photos.reading.decode import decode, read_header
 from ploughval.photos.series.times_table import table_times
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 from ploughval.scene import LogColumns, load_scene
 
 _TABLE = b"load_N,arm_mm,upper,lower\n0,0,0,0\n5,0,1,0.6\n10,0,2,1.2\n5,0,1,0.6\n0,0,0,0\n"

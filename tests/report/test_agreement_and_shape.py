@@ -10,8 +10,8 @@ import pytest
 from ploughval.report import figures
 from ploughval.report.blocks import Pen
 from ploughval.report.figures.style import MEASURED, MODEL, to_svg
-from ploughval.report.results import MetricEntry
 from ploughval.report.verdict import by_topic, named, parts, topic
+from ploughval.results import MetricEntry
 
 U = np.array([0.0, 1.0, 38.0, 39.0, 60.0])
 F = np.array([10.0, 5.0, 18.0, 8.0, 12.0])

@@ -14,7 +14,7 @@ from ploughval.report.attached import MOST_BYTES, attached, csv_text
 from ploughval.report.blocks import Chapter, Drawing
 from ploughval.report.figures.force import MOST_POINTS
 from ploughval.report.page import single_page
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 def rows(text):

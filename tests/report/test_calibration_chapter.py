@@ -11,7 +11,7 @@ from ploughval.photos.calibration.file import read_calibration
 from ploughval.report.calibration import maps
 from ploughval.report.figures import residual_figure, scale_figure
 from ploughval.report.page import single_page
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 from ploughval.run.findings import Findings
 from ploughval.run.finish import finish
 from ploughval.run.kept.store import Store

@@ -25,8 +25,8 @@ from ploughval.report.figures.differences import (
 )
 from ploughval.report.figures.mound import mound_figure
 from ploughval.report.mound import mound_chapter
-from ploughval.report.results import read_results
 from ploughval.report.stages import layers_chapter
+from ploughval.results import read_results
 
 
 @pytest.fixture

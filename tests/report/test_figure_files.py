@@ -16,7 +16,7 @@ from ploughval.cli import app
 from ploughval.errors import ConfigError, DataError
 from ploughval.report import figure_files, write_figures
 from ploughval.report.page import single_page
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 SVG = "{http://www.w3.org/2000/svg}"
 MM_PER_PT = 25.4 / 72

@@ -10,7 +10,7 @@ from ploughval.axes import PRACTICE_COLUMNS
 from ploughval.errors import DataError
 from ploughval.report.good_practice import good_practice_chapter
 from ploughval.report.page import single_page
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 NAN = np.nan
 ROWS = [

@@ -6,7 +6,7 @@ import pytest
 
 from ploughval.report.blocks import Pen
 from ploughval.report.force import force_chapter
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from ploughval.compare.mobilised.curve import CURVE_COLUMNS
 from ploughval.compare.softening.table import SOFTENING_COLUMNS
 from ploughval.report.blocks import Pen
 from ploughval.report.friction import friction_chapter
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 @pytest.fixture

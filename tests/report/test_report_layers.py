@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from ploughval.report.blocks import Pen
-from ploughval.report.results import read_results
 from ploughval.report.stages import layers_chapter
+from ploughval.results import read_results
 
 
 def test_lines_that_are_predicted_alone_are_said_to_be(result_folder):

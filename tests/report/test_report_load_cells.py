@@ -7,7 +7,7 @@ import pytest
 from ploughval.report.blocks import Pen
 from ploughval.report.force import force_chapter
 from ploughval.report.load_cells import load_cells_chapter
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 @pytest.fixture

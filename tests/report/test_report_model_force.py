@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 @pytest.mark.parametrize(("wall", "lean"), [(0.0, 0.0), (12.0, 0.0), (12.0, -30.0), (5.0, 10.0)])

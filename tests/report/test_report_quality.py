@@ -9,7 +9,7 @@ import xarray as xr
 
 from ploughval.report.blocks import Pen
 from ploughval.report.quality import provenance_chapter, quality_chapter
-from ploughval.report.results import FrameEntry, read_results
+from ploughval.results import FrameEntry, read_results
 from ploughval.scene import Scene
 from ploughval.scene_faults import known_keys, table_of
 

@@ -12,7 +12,7 @@ from ploughval.report.blocks import Pen
 from ploughval.report.chapters import bands_chapter
 from ploughval.report.figures import kinematics_figure, shear_figure
 from ploughval.report.figures.shear import Band, ShearMap, highest
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 EXTENT = (-8.0, 120.0, -10.0, 45.0)
 

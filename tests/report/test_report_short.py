@@ -2,8 +2,8 @@
 
 import json
 
-from ploughval.report.results import read_results
 from ploughval.report.verdict import short_chapter
+from ploughval.results import read_results
 
 
 def folder(tmp_path, metrics):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ploughval.errors import DataError, PloughvalError
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 def test_an_error_within_hdf5_is_a_refusal_that_names_the_tracks(own_folder, monkeypatch):
@@ -13,7 +13,7 @@ def test_an_error_within_hdf5_is_a_refusal_that_names_the_tracks(own_folder, mon
     def fail(*_, **options):
         raise RuntimeError("Link iteration failed (incorrect metadata checksum)")
 
-    monkeypatch.setattr("ploughval.report.results.xr.open_dataset", fail)
+    monkeypatch.setattr("ploughval.results.reading.xr.open_dataset", fail)
     with pytest.raises(DataError, match=r"tracks\.nc: not readable as netCDF: Link iteration failed"):
         read_results(own_folder)
 

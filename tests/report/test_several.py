@@ -11,10 +11,10 @@ import pytest
 
 from ploughval.report import write_report
 from ploughval.report.blocks import Pen
-from ploughval.report.results import read_results
 from ploughval.report.several import find_several
 from ploughval.report.several.overview import overview_chapter
 from ploughval.report.several.side_by_side import forces_chapter
+from ploughval.results import read_results
 
 
 class Cells(HTMLParser):

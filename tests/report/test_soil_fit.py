@@ -10,9 +10,9 @@ from ploughval.errors import DataError
 from ploughval.report import write_report
 from ploughval.report.blocks import Pen
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
-from ploughval.report.results import read_results
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.text import MISSING
+from ploughval.results import read_results
 
 NAMES = ("peak_friction_deg", "residual_friction_deg", "mobilization_length_mm")
 

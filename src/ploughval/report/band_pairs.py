@@ -4,12 +4,10 @@ import math
 
 import pandas as pd
 
-from ploughval.compare.bands.pairs import PAIR_COLUMNS
 from ploughval.report.blocks import Cell, Drawing, Pen, Table, travel_cell, value_cell
 from ploughval.report.figures.band_pairs import band_pairs_figure
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.text import MISSING, with_std
+from ploughval.results import Results
 
 _SHOWN = (
     ("u_start_mm", "Start, mm"), ("life_mm", "Life, mm"), ("beta_deg", "β, °"),
@@ -26,7 +24,7 @@ _HEAD = (
 
 def pair_parts(results: Results, pen: Pen) -> tuple[list[Drawing], list[Table], list[str]]:
     """A figure of the differences, the table of all bands, and a sentence on their frequency."""
-    pairs = read_table(results.folder / "band_pairs.csv", PAIR_COLUMNS)
+    pairs = results.table("band_pairs.csv")
     notes = _frequency(results)
     if pairs is None or pairs.empty:
         return [], [], notes

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from ploughval.photos import Calibration
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, table_of, value_cell
 from ploughval.report.figures import PictureMap, residual_figure, scale_figure
-from ploughval.report.results import CalibrationEntry, Results
 from ploughval.report.text import MISSING, number, with_std
+from ploughval.results import CalibrationEntry, Results
 
 _NODES = 41
 

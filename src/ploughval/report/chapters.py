@@ -19,8 +19,8 @@ from ploughval.report.figures import (
     field_figure,
     kinematics_figure,
 )
-from ploughval.report.results import Results
 from ploughval.report.stages import increments_shown, view
+from ploughval.results import Results
 from ploughval.scene import Step
 
 MOST_PLACES = 12  # increments that are named

@@ -11,9 +11,8 @@ from ploughval.compare.lines.lines import Key, grouped, measured_lines, model_li
 from ploughval.compare.lines.nearest import nearest_on_line
 from ploughval.report.blocks import Cell, Drawing, Pen, Table, value_cell
 from ploughval.report.figures.differences import ColouredLine, Differences, coarsened, distance_map_figure
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.text import number
+from ploughval.results import Results
 
 Floats = NDArray[np.float64]
 _TOP = 95.0  # per cent of the credible distances that the colours cover
@@ -21,7 +20,7 @@ _TOP = 95.0  # per cent of the credible distances that the colours cover
 
 def read_distances(results: Results) -> pd.DataFrame | None:
     """layer_distances.csv, or None."""
-    return read_table(results.folder / "layer_distances.csv", DISTANCE_COLUMNS)
+    return results.table("layer_distances.csv")
 
 
 def differences_at(results: Results, frames: Sequence[int]) -> dict[int, Differences]:

@@ -23,12 +23,12 @@ from ploughval.report.load_cells import load_cells_chapter
 from ploughval.report.mound import mound_chapter
 from ploughval.report.paper import paper_chapter
 from ploughval.report.quality import quality_chapter
-from ploughval.report.results import Results, read_results
 from ploughval.report.several import find_several, several_context
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter
+from ploughval.results import Results, read_results
 from ploughval.run.kept.written import write_aside
 
 COLUMN_MM = 84.0

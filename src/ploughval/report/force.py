@@ -9,13 +9,10 @@ from ploughval.axes import ForceStatus
 from ploughval.report.blocks import Chapter, Drawing, Pen, Table, pair_cell, table_of, value_cell
 from ploughval.report.chapters import not_had
 from ploughval.report.figures import arm_figure, force_figure, shape_figure
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.text import number, with_std
+from ploughval.results import Results
 from ploughval.scene import Step
 
-ENVELOPE_COLUMNS = ("u_mm", "low_N", "high_N")
-PAIR_COLUMNS = ("switch_experiment", "switch_model", "u_mm_experiment", "u_mm_model", "u_mm_error")
 _HISTORIES = ("force.csv", "model/force.csv", "peaks.csv", "force_envelope.csv")
 
 
@@ -26,8 +23,8 @@ def force_chapter(results: Results, pen: Pen) -> Chapter | None:
     if results.force is None and (results.model_force is None or not alone):
         # A test that measured other things only has nothing to hold against the model's force.
         return Chapter("force", "Force", notes=missing) if missing else None
-    envelope = read_table(results.folder / "force_envelope.csv", ENVELOPE_COLUMNS)
-    pairs = read_table(results.folder / "peak_pairs.csv", PAIR_COLUMNS)
+    envelope = results.table("force_envelope.csv")
+    pairs = results.table("peak_pairs.csv")
     drawings = [
         pen.draw(
             force_figure(

@@ -5,15 +5,13 @@ import math
 import numpy as np
 import pandas as pd
 
-from ploughval.compare.mobilised.curve import CURVE_COLUMNS
 from ploughval.compare.mobilised.inversion import slopes
 from ploughval.compare.mobilised.sources import SOURCES
-from ploughval.compare.softening.table import ALL, SOFTENING_COLUMNS
+from ploughval.compare.softening.table import ALL
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, table_of, value_cell
 from ploughval.report.figures import SofteningLine, mobilised_figure
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.text import number
+from ploughval.results import Results
 
 _WORDS = {
     "fresh": "noise of the force, and the way between photographs",
@@ -43,8 +41,8 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
     mobilised = results.mobilised
     if mobilised is None or not mobilised["phi_deg"].notna().any():
         return None
-    curve = read_table(results.folder / "mobilised_curve.csv", CURVE_COLUMNS)
-    softening = _softening(results)
+    curve = results.table("mobilised_curve.csv")
+    softening = results.table("softening.csv")
     low, high = float(mobilised["phi_deg"].min()), float(mobilised["phi_deg"].max())
     names = ("peak_friction_deg", "residual_friction_deg", "mobilization_length_mm")
     assumed = SofteningLine(*(_number(results.setting("soil", name)) for name in names))
@@ -73,18 +71,6 @@ def friction_chapter(results: Results, pen: Pen) -> Chapter | None:
 
 def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
-
-
-def _softening(results: Results) -> pd.DataFrame | None:
-    """softening.csv, its column of bands as text."""
-    table = read_table(results.folder / "softening.csv", [n for n in SOFTENING_COLUMNS if n not in _TEXTS])
-    if table is None or any(name not in table for name in _TEXTS):
-        return None
-    texts = {name: table[name].astype(object).where(table[name].notna(), "").astype(str) for name in _TEXTS}
-    return table.assign(**texts)
-
-
-_TEXTS = ("band", "law", "note")
 
 
 def _read_words(read: SofteningLine | None) -> str:

@@ -7,9 +7,9 @@ from collections.abc import Hashable, Mapping, Sequence
 import pandas as pd
 
 from ploughval.report.blocks import Cell, Chapter, Table
-from ploughval.report.results import Results
 from ploughval.report.text import MISSING, brief, number, with_std
 from ploughval.report.text import unit as unit_text
+from ploughval.results import Results
 
 _FLOORS = "noise floors"
 _TITLES = {

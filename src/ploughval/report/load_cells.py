@@ -10,8 +10,8 @@ from ploughval.report.figures import (
     cell_calibration_alt,
     cell_calibration_figure,
 )
-from ploughval.report.results import LoadCellEntry, Results
 from ploughval.report.text import MISSING, number, with_std
+from ploughval.results import LoadCellEntry, Results
 
 _HEADS = {
     "sensitivity_N": "Sensitivity of the force, N per unit",

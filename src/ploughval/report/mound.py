@@ -1,11 +1,9 @@
 """The chapter on the mound ahead of the blade."""
 
-from ploughval.compare.mound.history import MOUND_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Pen, Table, pair_cell, travel_cell
 from ploughval.report.figures.mound import mound_figure
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.text import with_std
+from ploughval.results import Results
 
 _HEAD = (
     "Source", "u, mm", "Crest ± std, mm", "Crest at x ± std, mm", "At the face ± std, mm",
@@ -20,7 +18,7 @@ _PARTS = (
 
 def mound_chapter(results: Results, pen: Pen) -> Chapter | None:
     """Crest, front, slope and area of the heap, measured and predicted; None without a surface of both."""
-    mound = read_table(results.folder / "mound.csv", MOUND_COLUMNS)
+    mound = results.table("mound.csv")
     if mound is None or not mound["crest_mm"].notna().any():
         return None
     soil_repose = results.setting("soil", "repose_deg")

@@ -19,13 +19,13 @@ from ploughval.report.photographs import open_photographs
 from ploughval.report.player import player_chapter
 from ploughval.report.quality import provenance_chapter, quality_chapter
 from ploughval.report.rendering import rendered
-from ploughval.report.results import Results, read_results
 from ploughval.report.scripts import json_block, page_script
 from ploughval.report.several import find_several, several_context, write_numbers
 from ploughval.report.shear import shear_chapter
 from ploughval.report.soil_fit import soil_fit_chapter
 from ploughval.report.stages import layers_chapter
 from ploughval.report.verdict import agreement_chapter, short_chapter, tiles, verdict
+from ploughval.results import Results, read_results
 from ploughval.run.kept.lock import locked
 from ploughval.run.kept.written import write_text
 from ploughval.watch import Progress, one_step, unheard

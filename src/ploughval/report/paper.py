@@ -4,8 +4,8 @@ from ploughval.report.blocks import Chapter, Pen
 from ploughval.report.figures import stages_figure
 from ploughval.report.figures.look import narrow
 from ploughval.report.photographs import open_photographs
-from ploughval.report.results import Results
 from ploughval.report.stages import photo_width, stage_at, stage_frames, view
+from ploughval.results import Results
 
 _MOST_IN_COLUMN = 2  # pairs of panels below each other on the height of a page
 

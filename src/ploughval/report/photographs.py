@@ -13,7 +13,7 @@ from PIL import Image
 
 from ploughval.errors import DataError, PloughvalError
 from ploughval.report.figures.layers import Extent, Picture
-from ploughval.report.results import Results
+from ploughval.results import Results
 from ploughval.scene import load_scene
 
 OUTSIDE = 235

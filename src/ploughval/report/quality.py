@@ -10,8 +10,8 @@ from pydantic import BaseModel
 from ploughval.axes import Status
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table
 from ploughval.report.figures import blade_figure, noise_figure, volume_figure
-from ploughval.report.results import FrameEntry, NoiseEntry, Results
 from ploughval.report.text import MISSING, number
+from ploughval.results import FrameEntry, NoiseEntry, Results
 from ploughval.scene import Scene
 from ploughval.scene_faults import table_of
 

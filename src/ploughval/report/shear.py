@@ -21,9 +21,9 @@ from ploughval.report.chapters import not_had
 from ploughval.report.figures import shear_figure
 from ploughval.report.figures.layers import Extent, stage
 from ploughval.report.figures.shear import Band, ShearMap, highest
-from ploughval.report.results import Results
 from ploughval.report.stages import increments_shown, view
 from ploughval.report.text import number
+from ploughval.results import Results
 from ploughval.scene import Step
 
 Values = NDArray[np.float64]

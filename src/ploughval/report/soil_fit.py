@@ -1,20 +1,17 @@
 """The chapter on the soil fitted to the force, where fit.json is among the results."""
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 import pandas as pd
 from pydantic import BaseModel, ConfigDict
 
 from ploughval.model.fit import FITTED
 from ploughval.model.fit.information import STRETCHES
-from ploughval.model.fit.result import CURVE_COLUMNS, LANDSCAPE_COLUMNS, PROFILE_COLUMNS
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_cell
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
 from ploughval.report.figures.soil_fit import quantity
-from ploughval.report.reading import read_record, read_table
-from ploughval.report.results import Number, Results, Text
 from ploughval.report.text import MISSING, brief, label, number
+from ploughval.results import Number, Results, Text, read_record
 
 _HEAD = ("Parameter", "Best", "68 % interval", "95 % interval", "Told in [soil]", "Hangs on")
 _OPEN = "open"
@@ -94,17 +91,17 @@ def soil_fit_chapter(results: Results, pen: Pen) -> Chapter | None:
         "soil-fit",
         "Soil from the force",
         lead=lead,
-        drawings=_drawings(fit, results.folder, pen),
+        drawings=_drawings(fit, results, pen),
         tables=tables,
         notes=tuple(part.strip() for part in fit.message.split(";") if part.strip()),
     )
 
 
-def _drawings(fit: FitRecord, folder: Path, pen: Pen) -> list[Drawing]:
+def _drawings(fit: FitRecord, results: Results, pen: Pen) -> list[Drawing]:
     found = []
-    curve = read_table(folder / "fit_force.csv", CURVE_COLUMNS)
-    profiles = read_table(folder / "fit_profiles.csv", PROFILE_COLUMNS)
-    landscape = read_table(folder / "fit_landscape.csv", LANDSCAPE_COLUMNS)
+    curve = results.table("fit_force.csv")
+    profiles = results.table("fit_profiles.csv")
+    landscape = results.table("fit_landscape.csv")
     best = {name: entry.value for name, entry in fit.parameters.items() if entry.value is not None}
     if curve is not None and len(curve):
         found.append(_fit_drawing(fit, curve, pen))

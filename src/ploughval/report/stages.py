@@ -10,7 +10,7 @@ from ploughval.report.figures import Side, Stage, layers_figure
 from ploughval.report.figures.layers import Extent, Picture, Points, stage
 from ploughval.report.figures.look import pixels_across
 from ploughval.report.photographs import Photographs, open_photographs
-from ploughval.report.results import Results
+from ploughval.results import Results
 
 Values = NDArray[np.float64]
 # Pixels of photograph in all stages: noise-like sand costs about a third of a byte each.

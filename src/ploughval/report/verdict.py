@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, Tile, pair_cell
 from ploughval.report.figures import agreement_figure
-from ploughval.report.results import MetricEntry, Results
 from ploughval.report.text import label, number, unit, with_limit
+from ploughval.results import MetricEntry, Results
 
 HEAD = (
     "Metric",

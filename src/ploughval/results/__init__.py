@@ -1,1 +1,43 @@
-"""The files of a result folder: what they are called, what their columns mean, and how they are read."""
+"""The files of a result folder: what they are called, what their columns mean, and how they are read.
+
+The one reader of result folders: report, exports and what Python users hold read through it.
+"""
+
+from ploughval.results.catalogue import FILES, VARIABLES, Column, TableFile, Variable
+from ploughval.results.folder import Results, horizontal_share, read_results, with_files
+from ploughval.results.reading import read_record, read_table, read_tracks
+from ploughval.results.records import (
+    CalibrationEntry,
+    FrameEntry,
+    LoadCellEntry,
+    MetricEntry,
+    MetricsRecord,
+    NoiseEntry,
+    Number,
+    RunRecord,
+    Text,
+)
+
+__all__ = [
+    "FILES",
+    "VARIABLES",
+    "CalibrationEntry",
+    "Column",
+    "FrameEntry",
+    "LoadCellEntry",
+    "MetricEntry",
+    "MetricsRecord",
+    "NoiseEntry",
+    "Number",
+    "Results",
+    "RunRecord",
+    "TableFile",
+    "Text",
+    "Variable",
+    "horizontal_share",
+    "read_record",
+    "read_results",
+    "read_table",
+    "read_tracks",
+    "with_files",
+]

@@ -14,7 +14,7 @@ from ploughval.report.player import chapter as module
 from ploughval.report.player import player_chapter
 from ploughval.report.player.coding import unpack_lines
 from ploughval.report.player.frames import spread
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 HOSTILE = "</script><img src=x onerror='window.__hit=1'>&\"<b>"
 

@@ -7,8 +7,8 @@ import xarray as xr
 from ploughval.report.player.coding import unpack
 from ploughval.report.player.dots import MOST_DOTS, even_choice, frame_dots
 from ploughval.report.player.frames import moments
-from ploughval.report.results import read_results
 from ploughval.report.stages import view
+from ploughval.results import read_results
 
 DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ploughval.report.player.coding import unpack
 from ploughval.report.player.frames import Moment, moments
 from ploughval.report.player.history import CHART_PX, curve, thinned_rows, values_at
-from ploughval.report.results import read_results
+from ploughval.results import read_results
 
 
 def rows_of(made):

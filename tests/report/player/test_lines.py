@@ -7,8 +7,8 @@ import pytest
 from ploughval.report.player.coding import unpack_lines
 from ploughval.report.player.frames import moments
 from ploughval.report.player.lines import TOLERANCE_MM, frame_lines, tolerance_mm
-from ploughval.report.results import read_results
 from ploughval.report.stages import view
+from ploughval.results import read_results
 
 
 def distance_from_lines(points, lines):

@@ -9,8 +9,8 @@ from PIL import Image
 from ploughval.report.photographs import Photographs
 from ploughval.report.player import pictures as module
 from ploughval.report.player.pictures import frame_pictures
-from ploughval.report.results import read_results
 from ploughval.report.stages import view
+from ploughval.results import read_results
 
 
 def grey_of(pictures, frame):

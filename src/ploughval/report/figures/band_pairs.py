@@ -24,7 +24,7 @@ def band_pairs_figure(pairs: pd.DataFrame) -> Figure:
     Parameters
     ----------
     pairs : DataFrame
-        PAIR_COLUMNS of the comparison; rows without a partner are left out.
+        Table ``band_pairs.csv``; rows without a partner are left out.
     """
     matched = pairs.dropna(subset=["band_experiment", "band_model"])
     rows = 2 if narrow() else 1

@@ -15,9 +15,9 @@ from ploughval.report.player.lines import Lines, frame_lines
 from ploughval.report.player.pictures import MOST_PICTURES, Pictures, frame_pictures
 from ploughval.report.player.still import Panels, Scene, still
 from ploughval.report.rendering import rendered
-from ploughval.report.results import Results
 from ploughval.report.scripts import json_block
 from ploughval.report.stages import view
+from ploughval.results import Results
 
 MOST_FRAMES = (
     300  # of the slider: a screen tells no more apart, and their lines keep within a megabyte or two

@@ -12,8 +12,8 @@ from ploughval.report.player.frames import Moment
 from ploughval.report.player.history import Curve, curve, envelope_of, values_at
 from ploughval.report.player.lines import FrameLines, Lines
 from ploughval.report.player.pictures import Pictures
-from ploughval.report.results import Results
 from ploughval.report.stages import view
+from ploughval.results import Results
 
 
 def player_data(

@@ -11,8 +11,8 @@ from ploughval.piv.strain import StrainMeasure, max_shear, strain_field
 from ploughval.report.figures.layers import Extent
 from ploughval.report.player.coding import letters, pack, zigzag
 from ploughval.report.player.frames import Moment
-from ploughval.report.results import Results
 from ploughval.report.shear import gauge_mm
+from ploughval.results import Results
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ploughval.report.results import Results
+from ploughval.results import Results
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 
 from ploughval.report.player.coding import pack, zigzag
 from ploughval.report.player.frames import Moment
-from ploughval.report.reading import read_table
-from ploughval.report.results import Results
 from ploughval.report.stages import increment_at
+from ploughval.results import Results
 
 CHART_PX = 720
 _DIGITS = 1e-4  # of the greatest value: the step to which forces are rounded, at most
-_FORCE_FRAME_COLUMNS = ("frame", "u_mm", "force_N", "force_std_N")
-_ENVELOPE_COLUMNS = ("u_mm", "low_N", "high_N")
 _BESIDE_MM = 0.1  # a frame so little beyond the ends of a history or a band has the value of the end
 
 Floats = NDArray[np.float64]
@@ -117,7 +114,7 @@ def _step(values: Floats) -> float:
 
 def values_at(results: Results, moments: Sequence[Moment]) -> list[Values]:
     """Forces, inclinations and bands at some frames."""
-    own = read_table(results.folder / "force_frames.csv", _FORCE_FRAME_COLUMNS)
+    own = results.table("force_frames.csv")
     rows = {} if own is None else {int(r["frame"]): r for r in own.to_dict("records")}
     found = []
     for moment in moments:
@@ -141,7 +138,7 @@ def values_at(results: Results, moments: Sequence[Moment]) -> list[Values]:
 
 def envelope_of(results: Results) -> pd.DataFrame | None:
     """Limits of the runs with drawn inputs, None without any."""
-    table = read_table(results.folder / "force_envelope.csv", _ENVELOPE_COLUMNS)
+    table = results.table("force_envelope.csv")
     return table if table is not None and table["low_N"].notna().any() else None
 
 

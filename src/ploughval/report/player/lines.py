@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ploughval.report.figures.layers import Extent, Points
 from ploughval.report.player.coding import pack_lines, pieces
 from ploughval.report.player.frames import Moment
-from ploughval.report.results import Results
 from ploughval.report.stages import outcrops
+from ploughval.results import Results
 
 TOLERANCE_MM = 0.02
 WIDE_PX = 900  # of the part of the world shown; a tenth of a pixel is the tolerance where that is more

@@ -21,8 +21,8 @@ from ploughval.compare.several import (
     repeats_of,
 )
 from ploughval.compare.several.groups import DEPTH
-from ploughval.report.results import MetricEntry, Results
 from ploughval.report.verdict import by_topic
+from ploughval.results import MetricEntry, Results
 
 NAN = float("nan")
 

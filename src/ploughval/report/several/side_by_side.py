@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from ploughval.report.blocks import BAND_HEAD, Cell, Chapter, Pen, Table, band_rows, pair_cell
 from ploughval.report.figures import forces_figure
 from ploughval.report.figures.series import MOST_NAMES, History
-from ploughval.report.results import MetricEntry, Results
 from ploughval.report.several.findings import SeveralFindings
 from ploughval.report.text import MISSING, number
 from ploughval.report.verdict import by_topic, named, topic
+from ploughval.results import MetricEntry, Results
 
 MOST_COLUMNS = 8  # tests side by side; more stand below each other
 MOST_OPEN = 20  # rows of a table of metrics that is not folded
