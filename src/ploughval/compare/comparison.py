@@ -151,7 +151,18 @@ def _compare_shapes(
 
 
 def metrics_mapping(comparison: Comparison) -> dict[str, dict[str, Any]]:
-    """The metrics as they stand in metrics.json: by name, with None for what could not be had."""
+    """The metrics as they stand in metrics.json.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Of one test.
+
+    Returns
+    -------
+    dict
+        The attributes of each :class:`Metric` by its name, with None for what could not be had.
+    """
 
     def plain(value: Any) -> Any:
         return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -16,10 +16,26 @@ _COVERAGE = 2.0
 class Metric:
     """One number of the comparison; NaN (None for ``agrees``) where it could not be had, with a note.
 
-    ``error`` is model - experiment, or a distance where only that exists; ``validation_std`` its standard
-    uncertainty; ``agrees`` whether the error is within twice that. ``model_std`` gathers what the inputs
-    (``input_std``) and the numerics (``numerical_std``) leave open; ``dominant_input`` is the input that
-    most of the former's square comes from.
+    Attributes
+    ----------
+    name, unit : str
+        What it is, and its unit: that of all its values.
+    experiment, experiment_std : float
+        Measured value and its standard uncertainty.
+    model, model_std : float
+        Predicted value, and what inputs and numerics leave open of it together.
+    error : float
+        model - experiment, or a distance where only that exists.
+    validation_std : float
+        Standard uncertainty of the error.
+    agrees : bool or None
+        Whether the error is within twice that.
+    note : str
+        Why a value is missing, or what it means.
+    input_std, numerical_std : float
+        The two parts of ``model_std``.
+    dominant_input : str
+        The input that most of ``input_std`` squared comes from.
     """
 
     name: str

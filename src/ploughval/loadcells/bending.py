@@ -10,7 +10,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class CellGeometry:
-    """Where the cells are: their distance, and the lower one's height above the tip, mm, with std, mm."""
+    """Where the two cells are.
+
+    Attributes
+    ----------
+    spacing_mm : float, mm
+        Distance between the cells.
+    lower_to_tip_mm : float, mm
+        Height of the lower cell above the blade's tip.
+    spacing_std_mm, lower_to_tip_std_mm : float, mm
+        Their standard uncertainties.
+    """
 
     spacing_mm: float
     lower_to_tip_mm: float
@@ -24,7 +34,18 @@ class CellGeometry:
 
 
 def horizontal_force(upper_Nm: Floats, lower_Nm: Floats, spacing_mm: float) -> Floats:
-    """Horizontal resultant below both cells, F = (M_upper - M_lower) / spacing, in N.
+    """Horizontal resultant below both cells, F = (M_upper - M_lower) / spacing.
+
+    Parameters
+    ----------
+    upper_Nm, lower_Nm : (N,) float64, N m
+        Bending moments at the two cells.
+    spacing_mm : float, mm
+        Distance between them.
+
+    Returns
+    -------
+    (N,) float64, N
 
     >>> float(horizontal_force(np.array([8.0]), np.array([5.0]), 125.0)[0])
     24.0
@@ -33,7 +54,21 @@ def horizontal_force(upper_Nm: Floats, lower_Nm: Floats, spacing_mm: float) -> F
 
 
 def line_of_action(lower_Nm: Floats, force_N: Floats, lower_to_tip_mm: float) -> Floats:
-    """Height of the resultant above the tip, lower_to_tip - M_lower / F, in mm; NaN where F is zero.
+    """Height of the resultant above the tip, lower_to_tip - M_lower / F.
+
+    Parameters
+    ----------
+    lower_Nm : (N,) float64, N m
+        Bending moment at the lower cell.
+    force_N : (N,) float64, N
+        Horizontal resultant.
+    lower_to_tip_mm : float, mm
+        Height of the lower cell above the tip.
+
+    Returns
+    -------
+    (N,) float64, mm
+        NaN where the force is zero.
 
     >>> float(line_of_action(np.array([5.0]), np.array([20.0]), 260.0)[0])
     10.0

@@ -20,9 +20,16 @@ _ROUNDING = 1e-9  # nor have those below this share of the largest, where nothin
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
-    """The two cells: where they are, what their readings mean, and the noise of one sample.
+    """The two cells.
 
-    ``noise_cov`` (2, 2) of the (upper, lower) reading, in the log's unit squared.
+    Attributes
+    ----------
+    geometry : CellGeometry
+        Where they are.
+    response : CellResponse
+        What their readings mean.
+    noise_cov : (2, 2) float64, unit of the log squared
+        Covariance of one sample's (upper, lower) reading.
     """
 
     geometry: CellGeometry
@@ -32,12 +39,24 @@ class Rig:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForceArrays:
-    """Result of :func:`force_from_readings`; all (N,), NaN where a reading was.
+    """Result of :func:`force_from_readings`; NaN where a reading was.
 
-    ``friction_N`` is what was taken off, NaN without empty runs. ``small`` marks rows whose force is too
-    small for a line of action. ``features`` (K, N) with friction taken off and ``sources`` are what the
-    uncertainty of the force comes from, ``arm_features`` and ``arm_sources`` that of the line of action: the
-    same, unless friction is taken off the force alone.
+    Attributes
+    ----------
+    force_N, force_std_N : (N,) float64, N
+        Horizontal resultant with friction taken off, and its standard uncertainty.
+    arm_mm, arm_std_mm : (N,) float64, mm
+        Height of its line of action above the tip, and its standard uncertainty.
+    raw_N : (N,) float64, N
+        The resultant with the friction in it.
+    friction_N : (N,) float64, N
+        What was taken off; NaN without empty runs.
+    small : (N,) bool
+        Rows whose force is too small for a line of action.
+    features, sources : (K, N) float64, Sources
+        What the uncertainty of the force comes from, with friction taken off.
+    arm_features, arm_sources : (K, N) float64, Sources
+        The same of the line of action; other ones only where friction is taken off the force alone.
     """
 
     force_N: Floats

@@ -14,15 +14,31 @@ _COLOURED = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Zero:
-    """Offsets of the (upper, lower) cell over one window; covariances are (2, 2), in the cells' unit."""
+    """Offsets of the (upper, lower) cell over one window, in the unit of the log.
+
+    Attributes
+    ----------
+    mean, mean_cov : (2,) and (2, 2) float64
+        The offsets and their covariance.
+    noise_cov : (2, 2) float64
+        Covariance of one sample.
+    drift, drift_cov : (2,) and (2, 2) float64
+        Change over the window and its covariance.
+    rows : int
+        Samples of the window.
+    middle_s : float, s
+        Time that the mean belongs to.
+    end_s, span_s : float, s
+        End and length of the window.
+    """
 
     mean: Floats
-    noise_cov: Floats  # of one sample
-    mean_cov: Floats  # of the offsets
-    drift: Floats  # change over the window
+    noise_cov: Floats
+    mean_cov: Floats
+    drift: Floats
     drift_cov: Floats
     rows: int
-    middle_s: float  # time that the mean belongs to
+    middle_s: float
     end_s: float
     span_s: float
 

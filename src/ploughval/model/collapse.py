@@ -135,7 +135,17 @@ class History:
 
 
 class ForceHistory(NamedTuple):
-    """Force alone: displacement (R,) mm, force (R,) N for the blade's width, band (R,) int."""
+    """Force alone.
+
+    Attributes
+    ----------
+    u_mm : (R,) float64, mm
+        Displacement of the blade.
+    force_N : (R,) float64, N
+        Force P of the model for the blade's width.
+    band : (R,) int64
+        Number of the band that slips, from 0.
+    """
 
     u_mm: Floats
     force_N: Floats
@@ -207,7 +217,28 @@ def simulate(
 def force_history(
     scene: Scene, *, displacement_mm: float | None = None, tolerance: float | None = None
 ) -> ForceHistory:
-    """Force of the model without surfaces, bands or error estimate; see :func:`simulate`."""
+    """Force of the model without surfaces, bands or error estimate, for scans of many scenes.
+
+    Parameters
+    ----------
+    scene : Scene
+        Must have [soil].
+    displacement_mm : float or None, mm
+        Travel of the blade; None: the scene's, or three depths.
+    tolerance : float or None
+        Relative numerical error that sets the increment; None: the scene's.
+
+    Returns
+    -------
+    ForceHistory
+
+    Raises
+    ------
+    ConfigError
+        As for :func:`simulate`.
+    ConvergenceError
+        No mechanism is possible at the start.
+    """
     soil, travel = soil_of(scene), travel_of(scene, displacement_mm)
     step = increment_for(scene, travel, tolerance_of(scene, tolerance))
     rows = run_march(scene, scene_law(scene, soil), travel, step, store=False).rows

@@ -19,12 +19,26 @@ Floats = NDArray[np.float64]
 class Increment:
     """One increment: the block left of the outcrop, or two, move along the band; then the surface avalanches.
 
-    ``u_mm`` is the blade's displacement at its start, when the tip stands at (u_mm, 0) and the band runs from
-    there to (outcrop_x_mm, outcrop_y_mm) on the surface. The block moves by du (1, tan beta) before an
-    upright face, by that over 1 - tan(inclination) tan beta before one that leans. ``sheared`` and
-    ``surface`` are (M, 2) world mm, starting at the blade's face at u_mm + du_mm: after the block's motion,
-    and after the avalanche. Of two blocks the band bends at the joint, ``beta_deg`` is of the straight line
-    from tip to outcrop, and docs/theory-model.md, section 9 has the motion; of one the joint is the tip.
+    The block moves by du (1, tan beta) before an upright face, by that over 1 - tan(inclination) tan beta
+    before one that leans; docs/theory-model.md, section 9 has the motion of two blocks.
+
+    Attributes
+    ----------
+    u_mm, du_mm : float, mm
+        Displacement of the blade at the start, when the tip stands at (u_mm, 0), and what it moves on.
+    beta_deg : float, degrees
+        Inclination of the line from tip to outcrop.
+    outcrop_x_mm, outcrop_y_mm : float, mm
+        Where the band meets the surface at the start.
+    band : int
+        Number of the band, from 0.
+    force_N : float, N
+        Force P at the start for the blade's width.
+    sheared, surface : (M, 2) float64, mm
+        World places from the blade's face at u_mm + du_mm on: after the block's motion, and after the
+        avalanche.
+    joint_x_mm, joint_y_mm : float, mm
+        Where the band bends between two blocks; of one block the tip.
     """
 
     u_mm: float

@@ -119,6 +119,11 @@ def strain_field(
     at : (M, 2) float, px, or None
         Where strain is wanted; None: at the points.
 
+    Returns
+    -------
+    StrainField
+        Strain, gradient and noise floor at each place; NaN where too few neighbours are valid.
+
     Raises
     ------
     CorrelationError

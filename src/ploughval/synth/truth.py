@@ -122,6 +122,11 @@ def load_truth(folder: Path | str) -> Truth:
     folder : path-like
         The test folder, or its folder ``truth``.
 
+    Returns
+    -------
+    Truth
+        What was drawn, exactly.
+
     Raises
     ------
     DataError

@@ -68,6 +68,11 @@ def mean_errors(places: Sequence[int], records: Sequence[Record]) -> list[MeanEr
         Tests that count.
     records : sequence of Record
         All tests.
+
+    Returns
+    -------
+    list of MeanError
+        By metric.
     """
     found = []
     for name in metric_names([records[place] for place in places]):

@@ -53,7 +53,17 @@ _MODEL_RULES = ("outcrop", "direction", "tolerance")
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Tests that repeat each other: their places, and the level of every key."""
+    """Tests that repeat each other.
+
+    Attributes
+    ----------
+    label : str
+        Letter on the page.
+    members : tuple of int
+        Places of the tests.
+    levels : mapping of Key to int
+        Which level of every key the tests have.
+    """
 
     label: str
     members: tuple[int, ...]

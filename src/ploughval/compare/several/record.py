@@ -31,7 +31,21 @@ _WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A metric of one test, as in metrics.json; NaN for what could not be had."""
+    """A metric of one test, as in metrics.json; NaN for what could not be had.
+
+    Attributes
+    ----------
+    unit : str
+        Of all values.
+    experiment, experiment_std : float
+        Measured value and its standard uncertainty.
+    model, model_std : float
+        Predicted value and its standard uncertainty.
+    error, validation_std : float
+        model - experiment and its standard uncertainty.
+    agrees : bool or None
+        Whether the error is within twice that.
+    """
 
     unit: str
     experiment: float = NAN

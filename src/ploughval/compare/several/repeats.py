@@ -37,7 +37,17 @@ class Repeat:
 
 @dataclass(frozen=True, slots=True)
 class LevelsTogether:
-    """Repeatability standard deviation of a scaled metric over several groups, with its 95 % interval."""
+    """Repeatability standard deviation of a scaled metric over several groups.
+
+    Attributes
+    ----------
+    metric, scale : str
+        Name of the metric, and what it was divided by.
+    groups, dof : int
+        How many groups, and degrees of freedom of all together.
+    std, std_low, std_high : float
+        Standard deviation between tests, scaled, and its 95 % interval.
+    """
 
     metric: str
     scale: str
@@ -69,6 +79,11 @@ def repeats_of(group: Group, records: Sequence[Record]) -> list[Repeat]:
         Whose tests.
     records : sequence of Record
         All tests.
+
+    Returns
+    -------
+    list of Repeat
+        By metric, in the order of the first test.
     """
     found = []
     for name in measured_names([records[place] for place in group.members]):

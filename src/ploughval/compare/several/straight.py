@@ -15,7 +15,19 @@ _TAIL = 0.025
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """``level + slope (x - centre)``; the interval of the slope is 95 % (Student; normal with two points)."""
+    """A straight line ``level + slope (x - centre)`` through points that scatter beyond what is stated.
+
+    Attributes
+    ----------
+    count : int
+        Points.
+    centre, level : float
+        Mean of x, and the line's value there.
+    slope, slope_low, slope_high : float
+        With its 95 % interval (Student; normal with two points).
+    excess_std : float
+        Scatter about the line beyond the stated uncertainties.
+    """
 
     count: int
     centre: float
