@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
+from importlib.metadata import version
 
 import numpy as np
 import pandas as pd
@@ -17,29 +18,10 @@ from ploughval.cli import app
 from ploughval.synth import EXAMPLE, make_folder
 
 VERBS = ("init", "check", "process", "simulate", "fit", "report", "synth", "bench", "demo")
-MODEL_ONLY = """
-[test]
-name = "model only"
-[blade]
-depth_mm = 30.0
-width_mm = 1000.0
-[soil]
-unit_weight_kN_m3 = 16.0
-peak_friction_deg = 50.0
-residual_friction_deg = 32.0
-[tracers]
-layers_mm = [10, 20]
-"""
 
 
 def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
-
-
-@pytest.fixture
-def model_only(tmp_path):
-    (tmp_path / "test.toml").write_text(MODEL_ONLY)
-    return tmp_path
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -61,12 +43,19 @@ def test_help_imports_nothing_heavy():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_the_version_is_that_of_the_installed_package():
+    result = run("--version")
+    assert (result.exit_code, result.output) == (0, f"ploughval {version('ploughval')}\n")
+
+
 def test_the_public_names_are_those_of_the_design():
     assert public == sorted(["load_scene", "process", "simulate"])
 
 
-def test_refused_settings_end_with_2_and_name_every_fault_without_a_traceback(tmp_path):
-    (tmp_path / "test.toml").write_text(MODEL_ONLY.replace("depth_mm = 30.0", "depth_mm = -3\ncolour = 1"))
+def test_refused_settings_end_with_2_and_name_every_fault_without_a_traceback(tmp_path, model_settings):
+    (tmp_path / "test.toml").write_text(
+        model_settings.replace("depth_mm = 30.0", "depth_mm = -3\ncolour = 1")
+    )
     result = run("process", tmp_path)
     assert result.exit_code == 2
     assert "blade.depth_mm" in result.stderr

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ploughval.cli_options import Debug, Folder, Json, Version, Workers
 from ploughval.outcomes import Outcomes, outcome_row
 from ploughval.run.many.machine import processors
 from ploughval.stopping import listen
@@ -32,25 +33,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-Folder = Annotated[Path, typer.Argument(help="Test folder with a test.toml.")]
-Workers = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        max=256,
-        help="Processors to use, for tests side by side or as threads of one; default: all that this process "
-        "may use. The numbers do not depend on it.",
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of text.")]
-
 
 @app.callback()
-def _options(
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Print every log line and internal tracebacks.")
-    ] = False,
-) -> None:
+def _options(debug: Debug = False, version: Version = False) -> None:
     logging.basicConfig(
         level=logging.DEBUG if debug else logging.WARNING,
         format="%(levelname)s %(name)s: %(message)s",
