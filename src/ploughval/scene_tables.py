@@ -26,7 +26,7 @@ class Blade(Table):
     depth_mm: Length = Field(description="depth of the tip below the initial surface, mm")
     width_mm: Length = Field(description="width out of plane, mm; force_N is for this width")
     thickness_mm: Length = Field(5.0, description="thickness in the direction of travel, mm")
-    speed_mm_s: Positive | None = Field(None, description="speed of travel, mm/s")
+    speed_mm_s: Positive | None = Field(None, description="speed of travel, mm/s: the log is held against it")
     depth_std_mm: NotNegative = Field(0.0, description="standard uncertainty of the depth, mm")
     inclination_deg: Annotated[Finite, Field(ge=-60, le=60)] = Field(
         0.0, description="of the face to the vertical, degrees; positive: its top leans ahead, over the sand"
@@ -37,7 +37,7 @@ class Box(Table):
     """[box]: the strongbox."""
 
     length_mm: Annotated[Positive, Field(le=1e5)] | None = Field(
-        None, description="inner length along the travel, mm"
+        None, description="inner length along the travel, mm; absent: the sand has no end"
     )
 
 
@@ -51,7 +51,10 @@ class Soil(Table):
     wall_friction_deg: Annotated[NotNegative, Field(lt=90)] = Field(
         0.0, description="blade-sand friction angle, degrees"
     )
-    repose_deg: Angle | None = Field(None, description="slope at which the surface avalanches, degrees")
+    repose_deg: Angle | None = Field(
+        None,
+        description="slope at which the surface avalanches, degrees; absent: the residual friction angle",
+    )
     surcharge_kPa: NotNegative = Field(0.0, description="load on the surface, kPa of horizontal area")
     unit_weight_std_kN_m3: NotNegative = Field(0.0, description="standard uncertainty, kN/m3")
     peak_friction_std_deg: NotNegative = Field(0.0, description="standard uncertainty, degrees")
@@ -102,7 +105,7 @@ class Tracers(Table):
     dye: Literal["dark", "pale"] = Field(
         "dark", description="dyed sand against the rest, for the reader: the first photograph shows which"
     )
-    thickness_mm: Positive | None = Field(None, description="thickness of a dyed layer, mm")
+    thickness_mm: Positive | None = Field(None, description="thickness of a dyed layer, mm; absent: 2")
 
     @classmethod
     def conflicts(cls, values: Mapping[str, Any]) -> list[Fault]:
@@ -136,7 +139,7 @@ class Piv(Table):
         31, description="side of a subset, px (odd)"
     )
     spacing_px: Annotated[Positive, Field(ge=2, le=1000)] | None = Field(
-        None, description="distance of points, px; absent: from the subset"
+        None, description="distance of points, px; absent: half a subset"
     )
     order: Literal[0, 1, 2] = Field(1, description="order of the shape function")
     spline: Literal[3, 5] = Field(5, description="order of the interpolating B-spline")
@@ -151,7 +154,9 @@ class Piv(Table):
 class Bands(Table):
     """[bands]: the shear-band finder."""
 
-    min_slip_mm: NotNegative | None = Field(None, description="least slip of a band that is reported, mm")
+    min_slip_mm: NotNegative | None = Field(
+        None, description="least slip of a band that is reported, mm; absent: 1 % of the depth"
+    )
 
 
 class ModelTable(Table):
@@ -186,7 +191,10 @@ class ModelTable(Table):
 class Compare(Table):
     """[compare]: peaks and matching."""
 
-    prominence: Positive | None = Field(None, description="least prominence of a force peak, in P0")
+    prominence: Positive | None = Field(
+        None,
+        description="least prominence of a force peak, in P0; absent: 0.1, and more than noise and ripple",
+    )
     draws: Annotated[int, Field(ge=16, le=2048, strict=True)] = Field(
         64, description="model runs with inputs drawn from their standard uncertainties"
     )
