@@ -1,8 +1,11 @@
 """Intervals of the fit against closed forms, what tells what, and what is not told."""
 
+import sys
+
 import numpy as np
 import pytest
 
+from ploughval.errors import MissingExtraError
 from ploughval.model import fit_soil, force_history
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors
 from ploughval.model.fit.information import information
@@ -175,3 +178,12 @@ def test_samples_and_profiles_give_the_same_interval():
     assert middle == pytest.approx(fit.values[0], abs=0.3 * fit.std[0])
     assert high - low == pytest.approx(fit.interval_95[0, 1] - fit.interval_95[0, 0], rel=0.2)
     assert f"sampled: median {middle:.4g}, 95 % between {low:.4g} and {high:.4g}" in str(fit)
+
+
+def test_samples_without_their_package_are_refused_before_anything_is_searched(monkeypatch):
+    monkeypatch.setitem(sys.modules, "emcee", None)
+    u, heard = np.linspace(0.0, 25.0, 80), []
+    extras = Extras(samples=300, progress=lambda *step: heard.append(step))
+    with pytest.raises(MissingExtraError, match=r"Sampling a fit .* pip install 'ploughval\[bayes\]'"):
+        fit_soil(u, np.ones(80), 0.1, scene_of(), extras=extras)
+    assert heard == []

@@ -1,5 +1,7 @@
 """Samples of the posterior by an ensemble of walkers (Goodman and Weare, 2010); extra ``bayes``."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,21 @@ WARM_UP = 0.3  # of the steps, left out
 PERCENT = (2.5, 16.0, 50.0, 84.0, 97.5)
 SEED = 20120917  # of the walkers: same record, same samples
 TOLERANCE = 1e-3
+
+
+def sampler() -> Any:
+    """The package that samples.
+
+    Raises
+    ------
+    MissingExtraError
+        emcee is not installed.
+    """
+    try:
+        import emcee
+    except ImportError as error:
+        raise MissingExtraError("emcee", "bayes", "Sampling a fit") from error
+    return emcee
 
 
 def sample(
@@ -45,10 +62,7 @@ def sample(
     MissingExtraError
         emcee is not installed.
     """
-    try:
-        import emcee
-    except ImportError as error:
-        raise MissingExtraError("emcee", "bayes", "samples of the fit") from error
+    emcee = sampler()
     coarse = objective.at(tolerance=TOLERANCE)
     low, high = coarse.bounds(best)
     walkers = max(WALKERS, 2 * len(best) + 2)

@@ -27,7 +27,7 @@ from ploughval.model.fit.result import (
     Shift,
     SoilFit,
 )
-from ploughval.model.fit.sampler import sample
+from ploughval.model.fit.sampler import sample, sampler
 from ploughval.model.fit.search import best_unknowns, local_search
 from ploughval.model.fit.variables import PARAMETERS, Space, in_units, space_of
 from ploughval.model.fit.weights import Misfit, loosened, misfit_of
@@ -111,6 +111,8 @@ def fit_soil(
         Samples are wanted and emcee is not installed.
     """
     space, shared, extras = space_of(scene, parameters), shared or SharedErrors(), extras or Extras()
+    if extras.samples:
+        sampler()  # what is missing is said now, not after the search
     record = read_record(
         u_mm,
         force_N,
