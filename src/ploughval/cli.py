@@ -277,16 +277,20 @@ def synth(
     markers: Annotated[int | None, typer.Option(help="Markers painted on the window.")] = None,
     no_force: Annotated[bool, typer.Option("--no-force", help="Leave the load cells out.")] = False,
     no_photos: Annotated[bool, typer.Option("--no-photos", help="Leave the photographs out.")] = False,
+    as_recorded: Annotated[
+        bool, typer.Option("--as-recorded", help="As camera and logger leave it: no test.toml, but notes.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
     as_json: Json = False,
 ) -> None:
     """Make a whole test folder from a seed, with the exact truth beside it."""
     with command(as_json) as talk:
         from ploughval.scene import load_scene
-        from ploughval.synth import EXAMPLE, adapt, make_folder, options_like
+        from ploughval.synth import EXAMPLE, RECORDED, adapt, make_folder, make_recorded, options_like
 
+        recipe, make = (RECORDED, make_recorded) if as_recorded else (EXAMPLE, make_folder)
         options = adapt(
-            EXAMPLE if like is None else options_like(load_scene(like, files=False), EXAMPLE),
+            recipe if like is None else options_like(load_scene(like, files=False), recipe),
             soil={
                 "peak_friction_deg": peak,
                 "residual_friction_deg": residual,
@@ -310,9 +314,10 @@ def synth(
             photographs=not no_photos,
         )
         with shown_progress(talk) as progress:
-            make_folder(out, options, overwrite=overwrite, progress=progress)
+            make(out, options, overwrite=overwrite, progress=progress)
         talk.summary = {"folder": str(out), "truth": str(out / "truth"), "frames": options.frames}
-        talk.say(f"made {out}: test.toml, photographs, logs, and the truth in {out / 'truth'}")
+        settings = "notes.md" if as_recorded else "test.toml"
+        talk.say(f"made {out}: {settings}, photographs, logs, and the truth in {out / 'truth'}")
 
 
 @app.command()

@@ -105,7 +105,8 @@ def make_folder(
     with unwritable(
         out
     ):  # what is made half has no test.toml, and says by truth.json that it may be replaced
-        (out / "test.toml").unlink(missing_ok=True)
+        for told in (out / "test.toml", out / "truth" / "test.toml"):
+            told.unlink(missing_ok=True)
         write_truth(out / "truth", truth)
         if options.photographs:
             _write_photographs(out, view, motion, options, progress)
@@ -119,7 +120,8 @@ def make_folder(
 def _check_place(out: Path, overwrite: bool) -> None:
     if out.exists() and not out.is_dir():
         raise ConfigError(out, [Fault("out", "a file", "a folder to make", "Choose another place.")])
-    half = (out / "truth" / "truth.json").is_file() and not (out / "test.toml").exists()
+    whole = (out / "test.toml").exists() or (out / "truth" / "test.toml").exists()
+    half = (out / "truth" / "truth.json").is_file() and not whole
     if not overwrite and not half and out.is_dir() and any(out.iterdir()):
         fault = Fault(
             "out", "a folder that is not empty", "a new or empty folder", "Empty it or choose another place."

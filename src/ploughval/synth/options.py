@@ -54,6 +54,7 @@ class Purpose(IntEnum):
     NOISE = 3
     LINE_OF_ACTION = 4
     LOG = 5
+    KNOWN_LOADS = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

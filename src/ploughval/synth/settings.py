@@ -1,4 +1,4 @@
-"""The commented test.toml of a synthetic test."""
+"""The commented test.toml of a synthetic test, and the notes from which a user would write one."""
 
 import json
 
@@ -97,3 +97,42 @@ def _tracers(options: SynthOptions) -> str:
     heights = ", ".join(repr(h) for h in options.layers_mm)
     dye = f"dyed = true\nthickness_mm = {options.layer_thickness_mm!r}\n" if options.dyed else ""
     return f"[tracers]\nlayers_mm = [{heights}]     # initial heights above the tip\n{dye}"
+
+
+def notes_text(options: SynthOptions, dots_mm: NDArray[np.float64]) -> str:
+    """What a laboratory notes beside photographs and logs: all that these do not tell.
+
+    Parameters
+    ----------
+    options : SynthOptions
+        What the test contains.
+    dots_mm : (N, 2) float, mm
+        Dots painted on the window, from the tip at rest.
+    """
+    soil = options.soil if options.told_soil is None else options.told_soil
+    box = f"\nBox: {options.box_length_mm:g} mm long.\n" if options.box_length_mm else ""
+    parts = [
+        f"# {options.name}: notes of the day\n",
+        f"Blade: {options.depth_mm:g} mm deep, {options.width_mm:g} mm wide out of plane, "
+        f"{options.thickness_mm:g} mm thick.\n{box}",
+        f"Sand: {soil.unit_weight_kN_m3:g} kN/m3; friction {soil.peak_friction_deg:g} degrees at the peak, "
+        f"{soil.residual_friction_deg:g} residual, each known to half a degree.\n",
+    ]
+    if options.loadcells:
+        parts.append(
+            f"Load cells: {options.spacing_mm:g} mm apart, the lower one {options.lower_to_tip_mm:g} mm "
+            "above the tip. Weights hung on the blade: calibration/cells.csv, readings in mV/V.\n"
+        )
+    if options.layers_mm:
+        heights = ", ".join(f"{height:g}" for height in options.layers_mm)
+        colour = f"dyed dark, {options.layer_thickness_mm:g} mm thick" if options.dyed else "not dyed"
+        parts.append(f"Layers: {heights} mm above the tip, {colour}.\n")
+    if options.photographs:
+        parts.append("Camera: has its own clock.\n")
+    if len(dots_mm):
+        rows = "".join(f"| {k} | {x:.2f} | {y:.2f} |\n" for k, (x, y) in enumerate(dots_mm, start=1))
+        parts.append(
+            f"Dots on the window, radius {options.marker_radius_px * options.mm_per_px:.1f} mm, from the "
+            f"tip at rest, along the travel and up:\n\n| dot | x, mm | y, mm |\n| --- | --- | --- |\n{rows}"
+        )
+    return "\n".join(parts)

@@ -19,6 +19,7 @@ ALL = {"time_s", "displacement_mm", "moment_upper_Nm", "moment_lower_Nm"}
         ("Timestamp", "LVDT [mm]", "Upper cell", "Lower cell"),
         ("Sample", "Travel (mm)", "top", "bottom"),
         ("tijd", "verplaatsing", "boven", "onder"),
+        ("Time [s]", "Displacement [mm]", "Upper cell [mV/V]", "Lower cell [mV/V]"),
     ],
 )
 def test_all_four_columns_are_recognised(names):
@@ -32,6 +33,7 @@ def test_all_four_columns_are_recognised(names):
     [
         (("time_ms", "upper", "lower"), ALL - {"displacement_mm"}),
         (("t", "u_cm", "upper_V", "lower_Nm"), ALL - {"moment_upper_Nm"}),
+        (("t", "u_cm", "upper [mV/V]", "lower [mV]"), ALL - {"moment_lower_Nm"}),
         (("t", "travel (V)", "upper", "lower"), ALL - {"displacement_mm"}),
         (("time_s", "Time", "travel mm"), {"time_s", "displacement_mm"}),
         (("upper cell", "upper strain"), set()),

@@ -20,6 +20,7 @@ _WORDS = MappingProxyType(
         r"onder|abajo|basso",
     }
 )
+_BRIDGE = re.compile(r"(?i)\s*[mµμu]?V\s*/\s*V\s*")  # a bridge that is not calibrated yet
 _OTHER_UNITS = re.compile(r"ms|us|s|min|h|m|cm|mm|um|in|inch|v|mv|n|kn|kg|g|hz|bit")
 
 
@@ -58,5 +59,5 @@ def _is_meant(name: str, words: str, kind: str) -> bool:
         return False
     unit = named_unit(name, kind)
     if unit:
-        return unit_factor(unit, kind) is not None
+        return unit_factor(unit, kind) is not None or (kind == "moment" and bool(_BRIDGE.fullmatch(unit)))
     return not any(_OTHER_UNITS.fullmatch(part) for part in parts[1:])
