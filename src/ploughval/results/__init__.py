@@ -5,6 +5,7 @@ The one reader of result folders: report, exports and what Python users hold rea
 
 from ploughval.results.catalogue import FILES, VARIABLES, Column, TableFile, Variable
 from ploughval.results.folder import Results, horizontal_share, read_results, with_files
+from ploughval.results.made import MADE, frames_table, metrics_table, notes_table, tracks_table
 from ploughval.results.reading import read_record, read_table, read_tracks
 from ploughval.results.records import (
     CalibrationEntry,
@@ -17,9 +18,11 @@ from ploughval.results.records import (
     RunRecord,
     Text,
 )
+from ploughval.results.units import with_units
 
 __all__ = [
     "FILES",
+    "MADE",
     "VARIABLES",
     "CalibrationEntry",
     "Column",
@@ -34,10 +37,15 @@ __all__ = [
     "TableFile",
     "Text",
     "Variable",
+    "frames_table",
     "horizontal_share",
+    "metrics_table",
+    "notes_table",
     "read_record",
     "read_results",
     "read_table",
     "read_tracks",
+    "tracks_table",
     "with_files",
+    "with_units",
 ]

@@ -114,6 +114,8 @@ class RunRecord(_Entry):
     calibration: CalibrationEntry | None = None
     loadcells: LoadCellEntry | None = None
     noise: NoiseEntry | None = None
+    complete: bool = False
+    timings_s: dict[str, Number] = {}
     faults: tuple[Text, ...] = ()
     warnings: tuple[Text, ...] = ()
 

@@ -1,12 +1,10 @@
 """The files of a result folder, written aside and renamed."""
 
-import io
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -20,6 +18,7 @@ from ploughval.model import History
 from ploughval.photos.calibration.file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
+from ploughval.run.kept.netcdf import netcdf_bytes
 from ploughval.run.kept.written import sync_folder, write_aside, write_csv, write_json
 from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.practice import good_practice, shot_of
@@ -133,30 +132,13 @@ class _Writer:
         write_json(self._path(name), value)
 
     def netcdf(self, name: str, dataset: xr.Dataset) -> None:
-        encoding = {
-            str(variable): {"zlib": True, "complevel": 4, "shuffle": True}
-            for variable, data in dataset.data_vars.items()
-            if data.size
-        }
-        data = netcdf_bytes(dataset, encoding)
+        data = netcdf_bytes({"": dataset})
         write_aside(self._path(name), lambda p: p.write_bytes(data))
 
     def _path(self, name: str) -> Path:
         path = self.folder / name
         self.written.append(path)
         return path
-
-
-def netcdf_bytes(dataset: xr.Dataset, encoding: dict[str, Any]) -> bytes:
-    """A dataset as a NetCDF file in memory: HDF5 itself, on a disk that fills up, ends the process.
-
-    Without HDF5's cache of chunks, which places them in the file when an array's handle is let go: whoever
-    holds one a moment longer, as a profiler does, would change the file's bytes.
-    """
-    buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w", rdcc_nbytes=0) as file:
-        dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
-    return buffer.getvalue()
 
 
 def _write_measured(writer: _Writer, found: Findings) -> None:
