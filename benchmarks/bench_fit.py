@@ -5,7 +5,6 @@ quite describe.
 """
 
 import argparse
-import csv
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from fit_study.settings import SETTING_COLUMNS, setting_rows
 from ploughval.model import force_history
 from ploughval.model.fit import PARAMETERS, Discrepancy, Extras, SharedErrors, SoilFit, fit_soil
 from ploughval.scene import Scene
+from speed_error.tables import write_rows
 
 LIMIT_S = 20.0  # CPU of one fit, intervals and maps included
 TRUTH = {
@@ -114,14 +114,6 @@ def rows_of(case: Case) -> list[dict[str, object]]:
     return rows
 
 
-def write(path: Path, columns: Sequence[str], rows: Sequence[dict[str, object]]) -> None:
-    """Write one table as CSV."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables and write fit.csv and fit-settings.csv."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -138,9 +130,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for row in table[-len(case.parameters) :]:
             print("  ".join(f"{cell!s:>12}" for cell in row.values()), flush=True)
     if table:
-        write(options.out / "fit.csv", COLUMNS, table)
+        write_rows(options.out / "fit.csv", COLUMNS, table)
     if not options.cases:
-        write(options.out / "fit-settings.csv", SETTING_COLUMNS, setting_rows(quick=options.quick))
+        write_rows(options.out / "fit-settings.csv", SETTING_COLUMNS, setting_rows(quick=options.quick))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ the processor's time, and the greatest memory of all processes together (what th
 """
 
 import argparse
-import csv
 import os
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from ploughval.run.many.child import Task
 from ploughval.run.many.pool import Hearers, Pool
 from ploughval.synth import EXAMPLE, make_folder
 from sequences.big import BIG, framed
+from speed_error.tables import write_rows
 
 RECIPE = replace(EXAMPLE, frames=8, displacement_mm=16.0)
 LARGE = replace(BIG, frames=4, displacement_mm=4.0, box_length_mm=370.0)
@@ -76,11 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             some = folders if kernels == WARM else folders[:FEW]
             rows.append(measured(way, some, kernels, Path(scratch)))
             print(rows[-1], flush=True)
-    options.out.mkdir(parents=True, exist_ok=True)
-    with (options.out / "many.csv").open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(options.out / "many.csv", list(rows[0]), rows)
 
 
 def work(way: Way, folders: Sequence[Path]) -> None:

@@ -7,9 +7,7 @@ over the nodes of the surface.
 """
 
 import argparse
-import csv
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +18,7 @@ from model_study.settings import SETTING_COLUMNS, setting_rows
 from ploughval.model import force_history, simulate, simulate_many
 from ploughval.model.mechanism import initial_force
 from ploughval.scene import Scene
+from speed_error.tables import write_rows
 
 TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 DEFAULT = 1e-3
@@ -199,14 +198,6 @@ def speed_figures() -> list[Figure]:
     return figures
 
 
-def write(path: Path, columns: Sequence[str], rows: Sequence[dict[str, object]]) -> None:
-    """Write one table as CSV."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def main(arguments: list[str] | None = None) -> Path:
     """Print the tables and write them as CSV; returns the folder's first file."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -219,7 +210,7 @@ def main(arguments: list[str] | None = None) -> Path:
     rows = setting_rows(quick=options.quick)
     for row in rows:
         print("  ".join(f"{cell!s:>16}" for cell in row.values()))
-    write(out / "model-settings.csv", SETTING_COLUMNS, rows)
+    write_rows(out / "model-settings.csv", SETTING_COLUMNS, rows)
     if options.settings:
         return out / "model-settings.csv"
     travel = TRAVEL_DEPTHS * DEPTH_MM
@@ -246,8 +237,8 @@ def main(arguments: list[str] | None = None) -> Path:
     print()
     for line in summary:
         print(f"{line['what']:<72}{line['value']:>10}{line['limit']:>9}  {line['verdict']}")
-    write(out / "model.csv", COLUMNS, table)
-    write(out / "model-figures.csv", ("what", "value", "limit", "verdict"), summary)
+    write_rows(out / "model.csv", COLUMNS, table)
+    write_rows(out / "model-figures.csv", ("what", "value", "limit", "verdict"), summary)
     return out / "model.csv"
 
 

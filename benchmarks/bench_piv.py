@@ -2,8 +2,8 @@
 
     python benchmarks/bench_piv.py [--out reports/speed-error] [--seeds 3] [--quick]
 
-The cases are those of ``correlation.cases``. Errors are pooled over the seeds; times are medians of rounds, in one
-thread unless the table says otherwise: points a second by the clock, microseconds of CPU a point.
+The cases are those of ``correlation.cases``. Errors are pooled over the seeds; times are medians of rounds,
+in one thread unless the table says otherwise: points a second by the clock, microseconds of CPU a point.
 """
 
 import argparse

@@ -5,7 +5,6 @@ run gets a row that says so.
 """
 
 import argparse
-import csv
 import os
 import re
 import shutil
@@ -19,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.cases import SEED, Case, Metrics, all_cases, make_pair, score
+from speed_error.tables import write_rows
 
 ADAPTORS = Path(__file__).resolve().parent / "peers"
 TIMED = "shift 0.25 noise 3"
@@ -273,19 +273,15 @@ def write_tables(outcomes: Sequence[Outcome], out: Path) -> list[dict[str, str]]
     """Write peers.csv, and peers-cases.csv with every metric of every case; rows of the first."""
     reference = next((o.points_s for o in outcomes if o.peer.name == COMPARED), float("nan"))
     rows = [row_of(outcome, reference) for outcome in outcomes]
-    out.mkdir(parents=True, exist_ok=True)
-    with (out / "peers.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
+    write_rows(out / "peers.csv", list(rows[0]), rows)
     names = ["package", "case", *(f.name for f in fields(Metrics))]
-    with (out / "peers-cases.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, names)
-        table.writeheader()
-        for outcome in outcomes:
-            for case, metrics in outcome.scores.items():
-                values = {name: f"{value:.6g}" for name, value in asdict(metrics).items()}
-                table.writerow({"package": outcome.peer.name, "case": case} | values)
+    scores = [
+        {"package": outcome.peer.name, "case": case}
+        | {name: f"{value:.6g}" for name, value in asdict(metrics).items()}
+        for outcome in outcomes
+        for case, metrics in outcome.scores.items()
+    ]
+    write_rows(out / "peers-cases.csv", names, scores)
     return rows
 
 
