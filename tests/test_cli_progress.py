@@ -16,17 +16,6 @@ from ploughval.cli import app
 from ploughval.run import Outcome
 from ploughval.synth import SynthOptions, make_folder
 
-MODEL_ONLY = """
-[test]
-name = "model only"
-[blade]
-depth_mm = 30.0
-width_mm = 1000.0
-[soil]
-unit_weight_kN_m3 = 16.0
-peak_friction_deg = 50.0
-residual_friction_deg = 32.0
-"""
 SHOW = """
 import logging, sys, time
 from ploughval.talk import command, shown_progress
@@ -110,12 +99,6 @@ def screen(written):
             lines[row] = lines[row][:column].ljust(column) + piece + lines[row][column + 1 :]
             column += 1
     return [line.rstrip() for line in lines if line.strip()]
-
-
-@pytest.fixture
-def model_only(tmp_path):
-    (tmp_path / "test.toml").write_text(MODEL_ONLY)
-    return tmp_path
 
 
 def test_bars_are_drawn_on_a_terminal_and_gone_at_the_end():

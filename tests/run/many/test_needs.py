@@ -14,17 +14,6 @@ from ploughval.run.many.needs import (
     needed_bytes,
 )
 
-SETTINGS = """
-[test]
-name = "t"
-[blade]
-depth_mm = 30.0
-width_mm = 1000.0
-[soil]
-unit_weight_kN_m3 = 16.0
-peak_friction_deg = 50.0
-residual_friction_deg = 32.0
-"""
 CAMERA = """
 [camera]
 photos = "{photos}"
@@ -42,20 +31,26 @@ rest_s = [0.0, 9.5]
 """
 
 
-def folder_with(folder, tables, **files):
-    (folder / "test.toml").write_text(SETTINGS + tables)
-    for name, content in files.items():
-        (folder / name.replace("_", ".")).write_bytes(content)
-    return str(folder)
+@pytest.fixture
+def folder_with(model_settings):
+    """Makes a test folder with these tables and files."""
+
+    def make(folder, tables, **files):
+        (folder / "test.toml").write_text(model_settings + tables)
+        for name, content in files.items():
+            (folder / name.replace("_", ".")).write_bytes(content)
+        return str(folder)
+
+    return make
 
 
-def test_a_model_alone_and_what_is_refused_take_the_least(tmp_path):
+def test_a_model_alone_and_what_is_refused_take_the_least(tmp_path, folder_with):
     assert needed_bytes(folder_with(tmp_path, "")) == BASE_BYTES
     assert needed_bytes(str(tmp_path / "not there")) == BASE_BYTES
     assert needed_bytes("s3://bucket/test") == BASE_BYTES
 
 
-def test_photographs_count_by_their_pixels_and_logs_by_their_bytes(tmp_path):
+def test_photographs_count_by_their_pixels_and_logs_by_their_bytes(tmp_path, folder_with):
     Image.fromarray(np.zeros((30, 40), np.uint8)).save(tmp_path / "a.png")
     camera = CAMERA.format(photos="*.png", times="{start_s = 0.0, interval_s = 1.0}")
     folder = folder_with(tmp_path, camera + CELLS, log_csv=b"x" * 1000)
@@ -66,7 +61,9 @@ def test_photographs_count_by_their_pixels_and_logs_by_their_bytes(tmp_path):
     ("photos", "times", "pixels"),
     [("a.avi", '"video"', VIDEO_PIXELS), ("a.png", "{start_s = 0.0, interval_s = 1.0}", 500)],
 )
-def test_a_film_counts_as_large_and_an_unknown_header_by_its_bytes(tmp_path, photos, times, pixels):
+def test_a_film_counts_as_large_and_an_unknown_header_by_its_bytes(
+    tmp_path, photos, times, pixels, folder_with
+):
     folder = folder_with(
         tmp_path, CAMERA.format(photos=photos, times=times), **{photos.replace(".", "_"): b"x" * 500}
     )
@@ -74,7 +71,7 @@ def test_a_film_counts_as_large_and_an_unknown_header_by_its_bytes(tmp_path, pho
     assert pixels < PICTURE_PIXELS
 
 
-def test_long_logs_take_no_more_than_the_longest_that_are_read(tmp_path):
+def test_long_logs_take_no_more_than_the_longest_that_are_read(tmp_path, folder_with):
     folder = folder_with(tmp_path, CELLS)
     with (tmp_path / "log.csv").open("wb") as log:
         log.truncate(400 << 20)  # holes take no room on the disk
