@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ploughval.compare.validation import distance, judge, verdict
+from ploughval.compare.validation import distance, judge, rms, verdict
 
 
 def test_the_verdict_turns_at_twice_the_validation_uncertainty():
@@ -27,3 +27,25 @@ def test_what_is_unknown_is_not_judged():
     assert distance("layers_rms_mm", 0.1, experiment_std=np.nan, numerical_std=0.1).agrees is None
     assert distance("layers_rms_mm", 0.2, experiment_std=0.1, numerical_std=0.0).agrees is True
     assert verdict(np.nan, 1.0) is None
+
+
+def test_a_distance_has_no_sides_but_the_same_three_parts():
+    metric = distance(
+        "layers_rms_mm",
+        14.0,
+        experiment_std=2.0,
+        numerical_std=3.0,
+        input_std=6.0,
+        dominant_input="phi",
+        note="n",
+    )
+    assert (metric.error, metric.validation_std) == (14.0, pytest.approx(7.0))
+    assert metric.model_std == pytest.approx(np.sqrt(45.0))
+    assert (metric.experiment_std, metric.numerical_std, metric.input_std) == (2.0, 3.0, 6.0)
+    assert (metric.dominant_input, metric.note, metric.unit) == ("phi", "n", "mm")
+    assert np.isnan([metric.experiment, metric.model]).all()
+
+
+def test_root_mean_square_passes_over_what_was_not_measured():
+    assert rms(np.array([3.0, np.nan, -4.0])) == pytest.approx(np.sqrt(12.5))
+    assert np.isnan(rms(np.array([np.nan])))
