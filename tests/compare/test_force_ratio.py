@@ -5,8 +5,8 @@ import pytest
 
 from ploughval.compare.force.curve import Curve, Shared
 from ploughval.compare.force.initial import Initial
-from ploughval.compare.force.peaks import Quantity
 from ploughval.compare.force.scalars import over_initial
+from ploughval.compare.quantity import Quantity
 
 TRUE_P0, TRUE_SWITCH, TRUE_DROP = 10.0, 18.0, 8.0
 

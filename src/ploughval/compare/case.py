@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ploughval.compare.ensemble import NO_SPREAD, Ensemble, Spread
-from ploughval.compare.force.peaks import MISSING, Quantity
+from ploughval.compare.quantity import MISSING, Quantity
 from ploughval.compare.validation import Metric, judge
 from ploughval.scene import Scene
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from ploughval.compare.bands.observed import QUANTITIES
-from ploughval.compare.force.peaks import MISSING, Quantity
+from ploughval.compare.quantity import MISSING, Quantity
 
 Floats = NDArray[np.float64]
 START_GATE_DEPTHS = 1.0

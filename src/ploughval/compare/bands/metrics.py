@@ -11,7 +11,7 @@ from ploughval.compare.bands.matching import band_quantities, match_bands
 from ploughval.compare.bands.observed import Window, observe
 from ploughval.compare.bands.pairs import Predicted, judged_pairs, pair_metrics, pair_table
 from ploughval.compare.case import Case, join_scalars, judge_spread
-from ploughval.compare.force.peaks import Quantity
+from ploughval.compare.quantity import Quantity
 from ploughval.compare.validation import Metric
 
 if TYPE_CHECKING:

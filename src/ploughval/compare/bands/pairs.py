@@ -10,7 +10,7 @@ from ploughval.compare.bands.matching import numbered
 from ploughval.compare.bands.observed import QUANTITIES, Floats
 from ploughval.compare.case import Case, judge_spread
 from ploughval.compare.ensemble import NO_SPREAD
-from ploughval.compare.force.peaks import Quantity
+from ploughval.compare.quantity import Quantity
 from ploughval.compare.validation import Metric, distance
 
 if TYPE_CHECKING:

@@ -12,9 +12,10 @@ from ploughval.compare.force.envelope import envelope_table
 from ploughval.compare.force.history import common_histories, history_metrics
 from ploughval.compare.force.initial import begins_late
 from ploughval.compare.force.pairs import match_switches, pair_metrics, pair_table
-from ploughval.compare.force.peaks import Quantity, least_prominence, weak_prominence
+from ploughval.compare.force.peaks import least_prominence, weak_prominence
 from ploughval.compare.force.reading import Reading, read_force
 from ploughval.compare.force.scalars import force_quantities
+from ploughval.compare.quantity import Quantity
 from ploughval.compare.validation import Metric
 
 if TYPE_CHECKING:

@@ -23,21 +23,11 @@ _PROMINENCE_RIPPLE = 2.5
 _RIPPLES = 30  # local peaks from which on most of them are no bands'
 
 
-class Quantity(NamedTuple):
-    """A value with its standard uncertainty; NaN where it could not be had."""
-
-    value: float
-    std: float
-
-
 class Weak(NamedTuple):
     """A stretch of travel, from the start, in which a lesser prominence (N) makes a peak."""
 
     before_mm: float
     prominence_N: float
-
-
-MISSING = Quantity(float("nan"), float("nan"))
 
 
 def least_prominence(curve: Curve, P0_N: float, setting_P0: float | None) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve
-from ploughval.compare.force.peaks import MISSING, Quantity
+from ploughval.compare.quantity import MISSING, Quantity
 
 Floats = NDArray[np.float64]
 _LEAST_SWITCHES = 2

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ploughval.compare.force.curve import Curve, Shared
 from ploughval.compare.force.initial import Initial
-from ploughval.compare.force.peaks import MISSING, Quantity
 from ploughval.compare.force.period import dominant_period
 from ploughval.compare.force.reading import Reading
+from ploughval.compare.quantity import MISSING, Quantity
 
 Floats = NDArray[np.float64]
 

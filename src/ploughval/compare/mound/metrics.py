@@ -9,7 +9,6 @@ import pandas as pd
 from ploughval.compare.case import Case, judge_spread
 from ploughval.compare.ensemble import Spread
 from ploughval.compare.face import lean_of
-from ploughval.compare.force.peaks import Quantity
 from ploughval.compare.mound.history import (
     lines_of,
     measured_mounds,
@@ -19,6 +18,7 @@ from ploughval.compare.mound.history import (
     rest_of,
 )
 from ploughval.compare.mound.shape import Floats, Mound
+from ploughval.compare.quantity import Quantity
 from ploughval.compare.validation import Metric, distance
 
 if TYPE_CHECKING:

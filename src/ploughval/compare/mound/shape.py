@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ploughval.compare.face import face_at_surface
-from ploughval.compare.force.peaks import MISSING, Quantity
+from ploughval.compare.quantity import MISSING, Quantity
 
 Floats = NDArray[np.float64]
 _SMOOTH_DEPTHS = 0.05  # running mean of heights, and width over which a local slope is read
