@@ -14,7 +14,8 @@ from ploughval.report.figures.field import increment
 from ploughval.report.figures.force import thin
 from ploughval.report.figures.series import History
 from ploughval.report.figures.style import THEMED, to_svg
-from ploughval.report.photographs import eight_bit, world_picture
+from ploughval.report.grey import eight_bit
+from ploughval.report.photographs import world_picture
 from ploughval.report.stages import outcrops, stage_frames, view
 from ploughval.results import read_results
 

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,39 +13,16 @@ from PIL import Image
 
 from ploughval.errors import DataError, PloughvalError
 from ploughval.report.figures.layers import Extent, Picture
+from ploughval.report.grey import TAILS, Grey, ToPixels, eight_bit, stretched
 from ploughval.results import Results
 from ploughval.scene import load_scene
 
 OUTSIDE = 235
-_TAILS = (0.5, 99.5)  # percentiles between which greys are stretched
 _JPEG_ENDINGS = {".jpg", ".jpeg", ".jpe"}
 _JPEG_SCALES = (8, 4, 2)  # at which a JPEG is decoded from its coarse coefficients alone
 _FACTORS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 _OVER = 1.18  # a photograph may be made smaller than the picture by as much, if that spares decoding it whole
 _log = logging.getLogger(__name__)
-
-Grey = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
-Byte = NDArray[np.uint8]
-
-
-class ToPixels(Protocol):
-    """The part of a calibration that figures use."""
-
-    def to_px(self, mm: Any) -> NDArray[np.float64]:
-        """World points (..., 2), mm, as image points (..., 2), px."""
-
-
-def eight_bit(image: Grey) -> Byte:
-    """Greys of any depth stretched between their 0.5 and 99.5 percentiles, (H, W) uint8."""
-    low, high = np.percentile(np.asarray(image, dtype=np.float32)[::4, ::4], _TAILS)
-    return stretched(image, float(low), float(high))
-
-
-def stretched(image: Grey, low: float, high: float) -> Byte:
-    """Greys with two levels put to black and white, (H, W) uint8."""
-    scaled = (np.asarray(image, dtype=np.float32) - low) * (255.0 / max(high - low, 1.0))
-    grey8: Byte = np.clip(scaled, 0, 255).astype(np.uint8)
-    return grey8
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +196,7 @@ class Photographs:
             count = len(self._frames)
             sample = [self._small(frame, factor) for frame in sorted({0, count // 2, count - 1})]
             greys = [small[::2, ::2].ravel().astype(np.float32) for small in sample if small is not None]
-            low, high = np.percentile(np.concatenate(greys), _TAILS) if greys else (0.0, 255.0)
+            low, high = np.percentile(np.concatenate(greys), TAILS) if greys else (0.0, 255.0)
             self._levels[factor] = float(low), float(high)
         return self._levels[factor]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ploughval.axes import Region
 from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import SERIES, new_figure, styled
-from ploughval.report.photographs import ToPixels, eight_bit
+from ploughval.report.grey import ToPixels, eight_bit
 
 Floats = NDArray[np.float64]
 
