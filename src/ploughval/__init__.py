@@ -44,7 +44,7 @@ def process(folder: Path | str, *, out: Path | str | None = None, **options: Any
     PloughvalError
         When the input is refused.
     """
-    from ploughval.run.remote.urls import is_url
+    from ploughval.run.urls import is_url
 
     if is_url(folder) or is_url(out):
         from ploughval.run.remote.ranges import run_staged

@@ -124,7 +124,7 @@ def process(
     """
     with command(as_json) as talk, said_once():
         from ploughval.run.many.pool import Hearers
-        from ploughval.run.many.workers import Share, run_all, share_of
+        from ploughval.run.workers import Share, run_all, share_of
 
         with shown_progress(talk) as progress:
             share = Share(1, 1) if scheduler else share_of(folders, workers or processors())

@@ -10,7 +10,7 @@ from ploughval.progress import Stages, duration
 from ploughval.refusals import refusal_of
 from ploughval.run.many.answers import ElsewhereError, LostError
 from ploughval.run.many.places import folder_of
-from ploughval.run.remote.urls import last_name, shown
+from ploughval.run.urls import last_name, shown
 from ploughval.talk import DONE, INCOMPLETE, INTERNAL, REFUSED, Talk
 from ploughval.watch import Progress
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
-from ploughval.run.remote.urls import placed
+from ploughval.run.urls import placed
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ import warnings
 from pathlib import Path
 
 from ploughval.limits import PICTURE_PIXELS
-from ploughval.run.remote.urls import is_url
+from ploughval.run.urls import is_url
 from ploughval.scene import Scene, load_scene
 
 BASE_BYTES = 350_000_000

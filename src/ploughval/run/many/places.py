@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ploughval.errors import ConfigError, Fault
-from ploughval.run.remote.urls import is_url, joined, last_name, shown
+from ploughval.run.urls import is_url, joined, last_name, shown
 
 SETTINGS = "test.toml"
 

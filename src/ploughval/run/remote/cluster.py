@@ -23,7 +23,7 @@ from ploughval.run.many.pool import Hearers
 from ploughval.run.remote import cluster_work
 from ploughval.run.remote.ranges import Pace, Reached
 from ploughval.run.remote.staging import copy_name
-from ploughval.run.remote.urls import is_url, joined, shown
+from ploughval.run.urls import is_url, joined, shown
 
 ANSWER_S = 10
 """How long a scheduler has to answer, s."""

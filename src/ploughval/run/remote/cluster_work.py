@@ -18,7 +18,7 @@ from ploughval.run.many.places import SETTINGS, folder_of
 from ploughval.run.outcome import Outcome
 from ploughval.run.remote.ranges import Reached, advance
 from ploughval.run.remote.staging import Staged, copy_name, remove_copy
-from ploughval.run.remote.urls import is_url, without_secrets
+from ploughval.run.urls import is_url, without_secrets
 
 RANGE, WORKER = "range", "worker"
 HELD_S = 100.0

@@ -13,7 +13,7 @@ from uuid import uuid4
 from ploughval.errors import DataError
 from ploughval.limits import size_in_words
 from ploughval.run.kept.written import write_aside, write_json
-from ploughval.run.remote.urls import WHOLE_OBJECTS, answering, file_system, shown, without_secrets
+from ploughval.run.urls import WHOLE_OBJECTS, answering, file_system, shown, without_secrets
 from ploughval.scene_faults import leaves
 
 _STAMPS = ("ETag", "etag", "md5Hash", "content_md5", "generation", "mtime", "LastModified", "last_modified")

@@ -15,8 +15,8 @@ from ploughval.run.kept.store import CACHE, key_of
 from ploughval.run.kept.written import write_json, write_text
 from ploughval.run.outcome import Outcome
 from ploughval.run.remote.mirror import Entry, Mirror
-from ploughval.run.remote.urls import is_url, joined, shown
 from ploughval.run.results import FILES
+from ploughval.run.urls import is_url, joined, shown
 from ploughval.scene import read_toml
 from ploughval.scene_faults import named_files
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from ploughval.errors import DataError, MissingExtraError
-from ploughval.run.remote.urls import answering, file_system, is_url, shown, without_secrets
+from ploughval.run.urls import answering, file_system, is_url, shown, without_secrets
 from ploughval.synth import EXAMPLE, make_folder
 
 SECRET = "sftp://me:hunter2@host:22/data/a"
@@ -83,7 +83,7 @@ def test_without_url_and_scheduler_nothing_of_the_extra_is_imported(tmp_path):
         "import sys\n"
         "from ploughval.run.many.pool import Hearers\n"
         "from ploughval.run.process import process_folder\n"
-        "from ploughval.run.many.workers import run_all\n"
+        "from ploughval.run.workers import run_all\n"
         "ended = []\n"
         "run_all(process_folder, [sys.argv[1]], Hearers(lambda index, result: ended.append(result)))\n"
         "assert ended[0].complete, ended\n"

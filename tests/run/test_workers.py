@@ -7,7 +7,7 @@ import pytest
 from ploughval.errors import ConfigError, Fault
 from ploughval.run.many import workers as workers_module
 from ploughval.run.many.pool import Hearers
-from ploughval.run.many.workers import Share, run_all, share_of
+from ploughval.run.workers import Share, run_all, share_of
 
 
 def here(folder, *, out, workers, **_):
