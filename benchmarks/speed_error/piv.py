@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -10,17 +11,35 @@ from speed_error.points import ERROR, TIME, Level, Panel, Point, Subject, read
 from speed_error.words import BUSY, against, dominance, quiet, shown
 
 TIME_LABEL = "CPU, µs a point (one thread)"
+
+
+class Measured(NamedTuple):
+    """A panel's quantity: its key, the case and column it is read from, and the words about it."""
+
+    key: str
+    case: str
+    column: str
+    title: str
+    label: str
+
+
 QUANTITIES = (
-    ("translation", "shift 0.25 noise 3", "rmse_px", "Translation, noise of 3 grey levels", "error, rms, px"),
-    ("affine", "affine", "rmse_px", "2 % stretch, 3 % shear, 1.5°", "error, rms, px"),
-    (
+    Measured(
+        "translation",
+        "shift 0.25 noise 3",
+        "rmse_px",
+        "Translation, noise of 3 grey levels",
+        "error, rms, px",
+    ),
+    Measured("affine", "affine", "rmse_px", "2 % stretch, 3 % shear, 1.5°", "error, rms, px"),
+    Measured(
         "band",
         "band 4 px tanh noise 3",
         "near_rmse_px",
         "Within half a subset of a band of 4 px",
         "error, rms, px",
     ),
-    ("star", "star", "star_period_px", "Least period measured at 90 %", "period, px"),
+    Measured("star", "star", "star_period_px", "Least period measured at 90 %", "period, px"),
 )
 TARGETS = {"affine": (0.0015, "0.0015"), "band": (0.15, "0.15"), "star": (48.0, "48")}
 APART = "adaptive, px apart"
@@ -47,7 +66,7 @@ def subject(folder: Path) -> Subject | None:
     if table is None:
         return None
     peers, cases = read(folder, "peers.csv"), read(folder, "peers-cases.csv")
-    panels = tuple(_panel(table, peers, cases, *quantity) for quantity in QUANTITIES)
+    panels = tuple(_panel(table, peers, cases, quantity) for quantity in QUANTITIES)
     files = ("piv.csv", "piv-settings.csv", "peers.csv", "peers-cases.csv", "piv-real.csv")
     return Subject(
         "correlation",
@@ -63,38 +82,29 @@ def subject(folder: Path) -> Subject | None:
     )
 
 
-def _panel(
-    table: Rows,
-    peers: Rows | None,
-    cases: Rows | None,
-    key: str,
-    case: str,
-    column: str,
-    title: str,
-    label: str,
-) -> Panel:
-    one = table[(table["case"] == case) & (table["workers"] == 1)]
+def _panel(table: Rows, peers: Rows | None, cases: Rows | None, what: Measured) -> Panel:
+    one = table[(table["case"] == what.case) & (table["workers"] == 1)]
     points = []
     for family, (varied, chosen) in FAMILIES.items():
         for _, row in one[chosen(one)].sort_values(varied).iterrows():
             default = _is_default(row)
             points.append(
-                Point(family, f"{row[varied]:g}", float(row["cpu_us"]), float(row[column]), default)
+                Point(family, f"{row[varied]:g}", float(row["cpu_us"]), float(row[what.column]), default)
             )
     levels = [Level(TIME, TARGET_US, "20 000 points/s")]
-    if key in TARGETS:
-        levels.append(Level(ERROR, TARGETS[key][0], f"to reach: {TARGETS[key][1]} px"))
-    if key == "translation":
+    if what.key in TARGETS:
+        levels.append(Level(ERROR, TARGETS[what.key][0], f"to reach: {TARGETS[what.key][1]} px"))
+    if what.key == "translation":
         row = one[[_is_default(row) for _, row in one.iterrows()]].iloc[0]
         bound = float(row["rmse_px"] / row["times_bound"])
         levels += [Level(ERROR, bound, "Cramér–Rao, 31 px", "bound")]
     return Panel(
-        key,
-        title,
-        label,
+        what.key,
+        what.title,
+        what.label,
         TIME_LABEL,
         tuple(points),
-        _peers(peers, cases, case, column),
+        _peers(peers, cases, what.case, what.column),
         tuple(levels),
         DEFAULT_WORDS,
         frozenset({APART}),

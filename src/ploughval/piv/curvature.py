@@ -136,6 +136,7 @@ def follow_curvature(
     points: Floats,
     index: Index,
     bent: NDArray[np.bool_],
+    *,
     level: Level,
     noise: Noise,
 ) -> None:

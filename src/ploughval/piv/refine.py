@@ -68,7 +68,7 @@ def refine(pair: Pair, fit: Fit, points: Floats, zncc_min: float, noise: Noise, 
     floor = zncc_min * usual_zncc(fit, pair.noise_variance)
     whole = fit.residual.copy()
     whole[fit.status != Status.OK] = np.inf
-    follow_curvature(pair, fit, points, index, bent, Level(level, floor), noise)
+    follow_curvature(pair, fit, points, index, bent, level=Level(level, floor), noise=noise)
     torn = suspects(fit, level)
     reach = REACH * pair.recipe.subset
     sides = two_sides(points[clean], fit.params[clean], points[torn], pair.recipe.half, reach)

@@ -99,8 +99,10 @@ def force_figure(
         )
     if peaks is not None:
         _mark_peaks(axes, peaks, per_u, per_P)
-    _mark_starts(axes, bands, per_u, MEASURED, 1.0, "v", "band starts, measured")
-    _mark_starts(axes, model_bands, per_u, MODEL, 0.0, "^", "band starts, predicted")
+    _mark_starts(axes, bands, per_u, colour=MEASURED, height=1.0, marker="v", text="band starts, measured")
+    _mark_starts(
+        axes, model_bands, per_u, colour=MODEL, height=0.0, marker="^", text="band starts, predicted"
+    )
     axes.set_xlabel("u / d" if depth_mm else "u, mm")
     axes.set_ylabel("P / P₀" if P0_N else "P, N")
     axes.set_xlim(left=min(0.0, axes.get_xlim()[0]) if axes.get_xlim()[0] < -0.2 else 0.0)
@@ -135,7 +137,14 @@ def _mark_peaks(axes: Axes, peaks: pd.DataFrame, per_u: float, per_P: float) -> 
 
 
 def _mark_starts(
-    axes: Axes, bands: pd.DataFrame | None, per_u: float, colour: str, height: float, marker: str, text: str
+    axes: Axes,
+    bands: pd.DataFrame | None,
+    per_u: float,
+    *,
+    colour: str,
+    height: float,
+    marker: str,
+    text: str,
 ) -> None:
     if bands is None or bands.empty:
         return
