@@ -114,7 +114,7 @@ def joints() -> pd.DataFrame:
 
 
 def strong_interface(block: np.ndarray, u: float, joint: np.ndarray, phi: float, wall: float) -> float:
-    """Least P / unit weight of two blocks, by Eq. 22, where the interface keeps the peak friction angle."""
+    """Least P / unit weight of two blocks, where the interface keeps the peak friction angle."""
     tip, outcrop, between = np.array([u, 0.0]), block[-1], phi + math.radians(50.0)
 
     def price(at: np.ndarray) -> float:

@@ -30,7 +30,7 @@ def test_an_even_spacing_is_found_within_the_stated_uncertainty(period, count, t
     curve = curve_of(period * np.arange(1, count + 1), period * (count + tail))
     found = dominant_period(curve, count)
     assert abs(found.value / 30 - period) < 2 * found.std / 30
-    # Eq. 11 of docs/theory-comparison.md: 13 % with two teeth and no tail, 2 % with four.
+    # docs/theory-comparison.md, Eq. (11): 13 % with two teeth and no tail, 2 % with four.
     assert found.std / found.value < 0.3 / count
 
 

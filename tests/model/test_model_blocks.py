@@ -77,7 +77,10 @@ def test_coefficients_lie_between_the_published_ones_of_curved_bands_and_coulomb
 
 
 def bent_band_force(shape, phi, wall):
-    """P / (unit weight d^2) by Eq. 22; angles of both bands in radians, length of the lower in d."""
+    """P / (unit weight d^2) by docs/theory-model-two-blocks.md, Eq. (2).
+
+    Shape: angles of both bands in radians, length of the lower in d.
+    """
     lower, upper, length = shape
     x, y = length * np.cos(lower), length * np.sin(lower)
     interface = np.arctan2(1.0 - y, -x)
@@ -109,7 +112,8 @@ def test_force_scales_with_weight_and_the_square_of_the_depth():
 
 @pytest.mark.parametrize("seed", range(200))
 def test_interface_through_the_tip_never_betters_the_cheaper_of_its_two_bands(seed):
-    # Eq. 21: for any share of the slip on the old, softened band and the fresh one, by virtual work
+    # docs/theory-model-two-blocks.md, Eq. (1): for any share of the slip on the old, softened band and the
+    # fresh one, by virtual work
     rng = np.random.default_rng(seed)
     residual, peak, wall = np.radians([rng.uniform(20, 32), rng.uniform(32, 45), rng.uniform(0, 10)])
     fresh, old = np.sort(np.radians(rng.uniform(5.0, 40.0, 2)))

@@ -113,7 +113,7 @@ def check_switches(scene, marched):
 
 
 def check_continuity(scene, marched):
-    """Surface and force change by no more than the increment allows (docs/theory-model.md, Eqs 12, 13)."""
+    """Surface and force change as the increment allows (docs/theory-model-march.md, Eqs (2) and (3))."""
     soil, rows = scene.soil, marched.rows
     peak, residual, length = (
         soil.peak_friction_deg,

@@ -143,7 +143,10 @@ def test_layers_begin_at_the_face():
 
 @njit
 def pairwise_to_rest(x, y, tilt, limit):
-    """Eqs 4 and 5 swept to rest; the first node slides along the face, the area is kept to first order."""
+    """Eqs (4) and (5) of the paper swept to rest; the first node slides along the face.
+
+    The area is kept to first order.
+    """
     n, moved = len(y), True
     while moved:
         moved = False
@@ -300,7 +303,7 @@ def test_random_scenes_stay_finite_keep_their_area_and_fall_at_switches():
         np.testing.assert_allclose(
             areas[1:], areas[0] - lost, rtol=0.0, atol=1e-10 * areas[0], err_msg=str(number)
         )
-        # the surface moves by no more than its steepest slope and the band allow (Eq. 12, oblique)
+        # the surface moves by no more than its steepest slope and the band allow, in oblique coordinates
         repose = np.tan(law.repose)
         steepest = max(repose / (1.0 + law.face * repose), repose / (1.0 - law.face * repose))
         for k in range(0, len(rows) - 1, 9):

@@ -14,7 +14,7 @@ from ploughval.scene import Scene
 
 @njit
 def pairwise_to_rest(y, first, dx, limit):
-    """Eqs 4 and 5 on a grid, swept until no slope is steeper than the limit by more than 1e-7."""
+    """Eqs (4) and (5) of the paper on a grid, swept until no slope exceeds the limit by more than 1e-7."""
     n, moved = len(y), True
     while moved:
         moved = False

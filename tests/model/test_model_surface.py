@@ -10,7 +10,7 @@ from ploughval.model.surface import area_ahead, avalanche, height_at, move_block
 
 
 def pairwise_to_rest(surface, repose_deg, sweeps=200_000):
-    """Literal Eqs 4 and 5 of the paper, for falling slopes, swept until every slope is at rest."""
+    """Eqs (4) and (5) of the paper to the letter, for falling slopes, swept until every slope is at rest."""
     x, y = surface.T.copy()
     limit = np.tan(np.radians(repose_deg))
     dx = np.diff(x)

@@ -250,7 +250,7 @@ def test_random_scenes_stay_finite_keep_their_area_and_fall_at_switches():
 
 @njit
 def pairwise_to_rest(y, first, dx, limit):
-    """Eqs 4 and 5 on a grid, swept until no slope is steeper than the limit by more than 1e-7."""
+    """Eqs (4) and (5) of the paper on a grid, swept until no slope exceeds the limit by more than 1e-7."""
     n, moved = len(y), True
     while moved:
         moved = False
@@ -267,8 +267,11 @@ def pairwise_to_rest(y, first, dx, limit):
 
 
 @njit
-def eq19(joint, x, y, first, out, phi, wall):
-    """P / unit weight by Eq. 22 of the bent band over a joint (from the tip) to node ``out``."""
+def over_joint(joint, x, y, first, out, phi, wall):
+    """P / unit weight of the band over a joint (from the tip) to node ``out``.
+
+    docs/theory-model-two-blocks.md, Eq. (2).
+    """
     tip, joint_x, joint_y = x[first], joint[0], joint[1]
     lower = np.arctan2(joint_y, joint_x)
     upper = np.arctan2(y[out] - joint_y, x[out] - tip - joint_x)
@@ -305,7 +308,7 @@ def plain_march(scene, nodes, travel):
         )
         phi = np.radians(float(degrees))
         state = (x, y, k, out, phi, wall)
-        found = minimize(eq19, joint, state, "Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-10})
+        found = minimize(over_joint, joint, state, "Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-10})
         joint = found.x
         forces.append(found.fun)
         lower, upper = joint[1] / joint[0], (y[out] - joint[1]) / (x[out] - x[k] - joint[0])

@@ -22,7 +22,7 @@ def strewn(std_px, *, seed=3, noise=0.0, contrast=25.0, shape=SHAPE):
 
 
 def closed_form_px(std_px):
-    """Eq. 2 of docs/good-practice.md, with the pixel's own width of variance 1/12."""
+    """docs/good-practice.md, Eq. (2), with the pixel's own width of variance 1/12."""
     return 4 * np.sqrt(np.log(2) * (std_px**2 + 1 / 12))
 
 
@@ -82,7 +82,7 @@ def test_made_sand_lies_between_its_least_and_greatest_grain():
     rng = np.random.default_rng(5)
     picture = sand_texture(rng, (400, 600), diameter_px=(2.5, 6.0)).picture((400, 600))
     found = measured(np.rint(picture).astype(np.uint8))
-    # 1 / e^2 diameters d: Gaussians of std d / 4, of which Eq. 2 makes 0.83 d
+    # 1 / e^2 diameters d: Gaussians of std d / 4, of which docs/good-practice.md, Eq. (2) makes 0.83 d
     assert closed_form_px(2.5 / 4) < found.size_px < closed_form_px(6.0 / 4)
 
 

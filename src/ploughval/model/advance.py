@@ -1,4 +1,4 @@
-"""One increment: the motion of the block, or of two, and the avalanche (Kashizadeh et al., section 2.5)."""
+"""One increment: the motion of the block, or of two, and the avalanche (Kashizadeh et al. 2014, 2.3, 2.4)."""
 
 import math
 
@@ -20,7 +20,7 @@ def advance(
     """One increment from ``now`` (2, room) into ``to``: rows 0, 1 at rest, 2, 3 sheared; both counts.
 
     In the oblique coordinates x - y tan(inclination) the face is upright and the block moves by du with it,
-    as before a vertical blade (docs/theory-model.md, section 8).
+    as before a vertical blade (docs/theory-model-blades.md, Eqs (4) and (5)).
     """
     across, y = now[0], now[1]
     if law.face != 0.0:
@@ -47,7 +47,10 @@ def advance(
 
 @njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def come_to_rest(across: Floats, y: Floats, n: int, law: Law, work: Floats) -> int:
-    """Avalanche in oblique coordinates, where rises and falls at the slope of repose are not alike."""
+    """Avalanche in oblique coordinates, where rises and falls at the slope of repose are not alike.
+
+    docs/theory-model-blades.md, Eq. (6).
+    """
     repose = math.tan(law.repose)
     fall, rise = repose / (1.0 + law.face * repose), repose / (1.0 - law.face * repose)
     count: int = settle(across, y, n, fall, rise, work)

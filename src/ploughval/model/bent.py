@@ -1,4 +1,4 @@
-"""Least force of two blocks on a bent band under any surface (docs/theory-model.md, section 9)."""
+"""Least force of two blocks on a bent band under any surface (docs/theory-model-two-blocks.md, section 2)."""
 
 import math
 from typing import NamedTuple
@@ -43,8 +43,9 @@ def bent_force(
     """P / unit weight of two blocks, and the outcrop: ``place``, or the cheapest where that is NaN.
 
     The tip stands at (x[0], 0) under an upright face, the joint so far from it. The interface from the joint
-    to the top of the face is to block 2 what a rough, inclined blade is (Eq. 23): its least force comes from
-    the search for one block. ``above`` is room for heights over the joint. Infinite: no such mechanism.
+    to the top of the face is to block 2 what a rough, inclined blade is (docs/theory-model-two-blocks.md,
+    Eqs (2) and (3)): its least force comes from the search for one block. ``above`` is room for heights over
+    the joint. Infinite: no such mechanism.
     """
     ahead, up = joint[0], max(joint[1], shear.lowest)
     height = y[0] - up

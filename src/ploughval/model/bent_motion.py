@@ -1,4 +1,4 @@
-"""Motion of two blocks on a bent band and the area ahead (docs/theory-model.md, section 9, Eqs 24 and 25)."""
+"""Motion of two blocks on a bent band and the area ahead (docs/theory-model-two-blocks.md, section 3)."""
 
 import numpy as np
 from numba import njit
@@ -13,9 +13,10 @@ Point = tuple[float, float]
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def velocities(tip: float, face_top: float, joint: Point, outcrop: Point) -> tuple[float, float, float]:
-    """Slopes of the lower and the upper band, and how far block 2 moves forward for 1 of the blade (Eq. 24).
+    """Slopes of the lower and the upper band, and how far block 2 moves forward for 1 of the blade.
 
-    One block, whose joint is the tip, has both slopes alike and moves as far as the blade.
+    docs/theory-model-two-blocks.md, Eq. (4). One block, whose joint is the tip, has both slopes alike and
+    moves as far as the blade.
     """
     upper = (outcrop[1] - joint[1]) / (outcrop[0] - joint[0])
     ahead = joint[0] - tip
@@ -30,7 +31,8 @@ def shear_bent(now: Floats, n: int, band: Band, du: float, work: Floats, out: Fl
 
     The surface belongs to block 2, and the face overtakes some of it: of that sand, of second order in du, as
     much is spread beside the face, past the joint, as keeps the area but for what the tip leaves behind,
-    du^2 tan(lambda) / 2. (Left in a corner one increment wide it would hide the interface from the search.)
+    du^2 tan(lambda) / 2 (docs/theory-model-two-blocks.md, Eq. (5)). (Left in a corner one increment wide it
+    would hide the interface from the search.)
     """
     x, y, tip, outcrop = now[0], now[1], now[0, 0], band.outcrop
     joint = (tip + band.joint_ahead, band.joint_up)

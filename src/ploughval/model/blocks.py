@@ -1,4 +1,4 @@
-"""First force of one or two blocks in level sand (Chen 1975; docs/theory-model.md, section 9)."""
+"""First force of one or two blocks in level sand (Chen 1975; docs/theory-model-two-blocks.md, section 2)."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The incremental-collapse model of a scene (Kashizadeh, Hambleton and Stanier, section 2.7)."""
+"""The incremental-collapse model of a scene (Kashizadeh et al. 2014, section 2.7)."""
 
 import logging
 import math
@@ -40,7 +40,8 @@ class History:
     Attributes
     ----------
     force : DataFrame of MODEL_FORCE_COLUMNS
-        One row at the start of every increment, and one at the end; P of Eq. 1 for the blade's width.
+        One row at the start of every increment, and one at the end; P of docs/theory-model.md, Eq. (3), for
+        the blade's width.
     force_std_N : float
         Numerical standard uncertainty of the force (rms over the history): from doubling the increment, or
         what straight lines between the rows leave out, whichever is more.
@@ -264,7 +265,7 @@ def compare_marches(coarse: March, fine: March, mobilization_mm: float) -> float
 def march_error(coarse: March, fine: March) -> float:
     """Rms over the whole history of what P / unit weight differs by between two steps, switches included.
 
-    Eq. 14 of docs/theory-model.md: errors are of first order, so it is the rms error of the finer run.
+    docs/theory-model-march.md, Eq. (4): errors are of first order, so it is the rms error of the finer run.
     """
     a, b = coarse.rows, fine.rows
     b = b[b[:, 0] <= a[-1, 0]]
@@ -278,9 +279,10 @@ def chord_error(fine: March) -> float:
     """Rms over the whole history of what straight lines between its rows leave out of P / unit weight.
 
     While a band softens its steps do not shrink with the increment, so that doubling it does not show this.
-    The deviation of a parabola of curvature c from its chord over a length h has the rms c h^2 / sqrt(120);
-    the curvature at a row is the second divided difference among rows of one band, of the two ends of a step
-    the lesser one, so that a fall at once is no curvature of the step after it.
+    The deviation of a parabola of curvature c from its chord over a length h has the rms c h^2 / sqrt(120)
+    (docs/theory-model-march.md, Eq. (5)). The curvature at a row is the second divided difference among rows
+    of one band, of the two ends of a step the lesser one, so that a fall at once is no curvature of the step
+    after it.
     """
     u, force, band = fine.rows[:, 0], fine.rows[:, 2], fine.rows[:, 6]
     if len(u) < 3:

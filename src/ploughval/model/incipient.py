@@ -1,4 +1,4 @@
-"""First mechanism of a scene, blades of any inclination (Coulomb 1776; docs/theory-model.md, section 8)."""
+"""First mechanism of a scene, blades of any inclination (Coulomb 1776; docs/theory-model-blades.md)."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,9 @@ class Incipient:
 
 
 def incipient(scene: Scene) -> Incipient:
-    """The band that starts at u = 0, the tip at (0, 0): cheapest of all outcrops, exactly (Eqs 6 and 16).
+    """The band that starts at u = 0, the tip at (0, 0): cheapest of all outcrops, exactly.
+
+    docs/theory-model.md, Eq. (8) with the force of docs/theory-model-blades.md, Eq. (1).
 
     Raises
     ------

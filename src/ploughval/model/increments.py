@@ -20,7 +20,7 @@ class Increment:
     """One increment: the block left of the outcrop, or two, move along the band; then the surface avalanches.
 
     The block moves by du (1, tan beta) before an upright face, by that over 1 - tan(inclination) tan beta
-    before one that leans; docs/theory-model.md, section 9 has the motion of two blocks.
+    before one that leans; docs/theory-model-two-blocks.md, section 3 has the motion of two.
 
     Attributes
     ----------

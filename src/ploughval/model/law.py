@@ -14,7 +14,7 @@ class Law(NamedTuple):
     rides: float
     softened: float = 0.0  # 1: a fresh band leaves in the direction that is cheapest once it has softened
     load: float = 0.0  # surcharge / unit weight
-    face: float = 0.0  # tangent of the face's inclination, which ``wall`` includes (Eq. 16)
+    face: float = 0.0  # tangent of the face's inclination, which ``wall`` includes
     bends: float | None = None  # a number: bands of two blocks too; None: the compiler leaves their code out
 
 

@@ -1,4 +1,4 @@
-"""Material points and tracer layers carried through a march (Kashizadeh et al., section 3.3)."""
+"""Material points and tracer layers carried through a march (docs/theory-model-march.md, section 8)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple

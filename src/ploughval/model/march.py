@@ -1,4 +1,7 @@
-"""The compiled march through the increments (Kashizadeh et al., section 2.7)."""
+"""The compiled march through the increments (Kashizadeh et al. 2014, section 2.7).
+
+The outcrop of a band stays where it is in the sand: docs/theory-model-outcrop.md, section 1.
+"""
 
 import math
 from enum import IntEnum
@@ -70,7 +73,10 @@ def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
 
 @njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float, float]:
-    """How far the block at the outcrop moves forward, and slips, for 1 of the blade; the outcrop's height."""
+    """How far the block at the outcrop moves forward, and slips, for 1 of the blade; the outcrop's height.
+
+    docs/theory-model.md, Eq. (10); docs/theory-model-blades.md, Eq. (3) before a face that leans.
+    """
     top = height_at(now[0], now[1], n, band.outcrop)
     if law.bends is not None and band.joint_ahead > 0.0:
         joint, out = (tip + band.joint_ahead, band.joint_up), (band.outcrop, top)
@@ -142,7 +148,7 @@ def creeps_on(surface: Floats, law: Law, trial: Trial) -> bool:
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def march(surface: Floats, law: Law, travel: float, step: float, store: bool) -> March:
-    """Push the blade through ``travel`` in increments of at most ``step`` (docs/theory-model.md, section 5).
+    """Push the blade through ``travel`` in increments of at most ``step`` (docs/theory-model-march.md).
 
     ``surface`` is (2, M), starting at the face at u = 0 with the tip at y = 0. No rows at all: no first band.
     """

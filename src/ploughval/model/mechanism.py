@@ -1,6 +1,7 @@
-"""Force of the one-block mechanism and the cheapest band (Kashizadeh et al., section 2, Eqs 1 to 3).
+"""Force of the one-block mechanism and the cheapest band (Kashizadeh et al. 2014, sections 2.1 to 2.3).
 
-The paper prints beta + phi_w in the denominator of Eq. 1; equilibrium of the block gives beta + phi.
+The denominator of Eq. (1) of the paper has beta + phi_w, a misprint: equilibrium of the block gives
+beta + phi (docs/theory-model.md, Eqs (3) and (4)).
 """
 
 import math
@@ -31,7 +32,7 @@ def block_force(
     Returns
     -------
     array of float
-        P of Eq. 1 in equilibrium form, inclined by ``wall_deg`` to the blade's normal; infinite from
+        P of docs/theory-model.md, Eq. (3), inclined by ``wall_deg`` to the blade's normal; infinite from
         beta + phi + phi_w = 90 degrees on.
     """
     weight, beta, phi, wall = np.broadcast_arrays(
@@ -45,7 +46,10 @@ def block_force(
 
 
 def band_reaction(force: ArrayLike, weight: ArrayLike, wall_deg: ArrayLike = 0.0) -> Floats:
-    """Force of the sand at rest on the block (..., 2), x first: what closes the force polygon."""
+    """Force of the sand at rest on the block (..., 2), x first: what closes the force polygon.
+
+    The reaction R of docs/theory-model.md, Eqs (1) and (2).
+    """
     force, weight, wall = (np.asarray(v, float) for v in (force, weight, wall_deg))
     wall = np.radians(wall)
     return np.stack(np.broadcast_arrays(-force * np.cos(wall), weight + force * np.sin(wall)), axis=-1)
@@ -81,7 +85,8 @@ def initial_force(
     Returns
     -------
     float
-        N per mm of width, Eqs 4 and 17 of docs/theory-model.md; infinite where every band locks.
+        N per mm of width; infinite where every band locks. docs/theory-model.md, Eq. (5) before an upright
+        blade in level sand; docs/theory-model-blades.md, Eq. (2) before any.
 
     >>> round(initial_force(30.0, 16e-6, 50.0) * 1000.0, 3)
     54.35
@@ -98,7 +103,7 @@ def initial_force(
 
 
 def block_areas(surface: ArrayLike, tip_x: float) -> Floats:
-    """Area between the surface and the line from the tip to each node (M,), by the paper's Eqs 2 and 3.
+    """Area between the surface and the line from the tip to each node (M,), by Eqs (2) and (3) of the paper.
 
     ``surface`` is (M, 2) mm and starts at the blade's face; the result is in mm2.
     """
@@ -109,7 +114,7 @@ def block_areas(surface: ArrayLike, tip_x: float) -> Floats:
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def force_factor(tan_beta: float, tan_phi: float, tan_wall: float) -> float:
-    """P / W from tangents; infinite where the block locks."""
+    """P / W from tangents, docs/theory-model.md, Eq. (3); infinite where the block locks."""
     locks = 1.0 - tan_phi * tan_wall - tan_beta * (tan_phi + tan_wall)
     if locks <= 0.0:
         return math.inf
@@ -162,10 +167,10 @@ def cheapest_band(
 ) -> tuple[float, float]:
     """Least P / unit weight over all outcrops on the surface, and the outcrop's x; exact on every segment.
 
-    With the tip at x[0] - ``lean``, area, numerator and denominator of Eq. 1 are linear in the place along
-    a segment, so that P = a/z + b + c z there (docs/theory-model.md, Eq. 6): its least value has a closed
-    form. Only outcrops that the tip sees under the surface are candidates. ``load``: surcharge / unit
-    weight, mm; ``tan_wall``: of wall friction plus inclination (Eq. 16).
+    With the tip at x[0] - ``lean``, area, numerator and denominator of P are linear in the place along a
+    segment, so that P = a/z + b + c z there (docs/theory-model.md, Eqs (6) to (8)): its least value has a
+    closed form. Only outcrops that the tip sees under the surface are candidates. ``load``: surcharge / unit
+    weight, mm; ``tan_wall``: of wall friction plus inclination (docs/theory-model-blades.md, Eq. (1)).
     """
     tip = x[0] - lean
     scale = math.sqrt(1.0 + tan_wall * tan_wall)

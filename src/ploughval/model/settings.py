@@ -35,7 +35,8 @@ def soil_law(soil: Soil, outcrop: str, *, direction: str = "least_force") -> Law
 def scene_law(scene: Scene, soil: Soil) -> Law:
     """A soil under the rules of a scene's [model], before its blade; refuses faces flatter than the sand.
 
-    A smooth blade has one block: two pay only beside friction on the face (docs/theory-model.md, section 9).
+    A smooth blade has one block: two pay only beside friction on the face (docs/theory-model-two-blocks.md,
+    section 3).
     """
     law = soil_law(soil, scene.model.outcrop, direction=scene.model.direction)
     if scene.model.mechanism == "two_blocks" and law.wall > 0.0:
@@ -50,7 +51,10 @@ def scene_law(scene: Scene, soil: Soil) -> Law:
 
 
 def inclined(law: Law, inclination_deg: float) -> Law:
-    """A law before a face that leans; ``wall`` is then of wall friction and inclination (Eq. 16)."""
+    """A law before a face that leans; ``wall`` is then of wall friction and inclination.
+
+    docs/theory-model-blades.md, Eq. (1).
+    """
     lean = math.radians(inclination_deg)
     return law._replace(wall=law.wall + lean, face=math.tan(lean))
 

@@ -1,4 +1,7 @@
-"""Friction on a band falling with the slip gathered on it (Kashizadeh et al., section 2.5)."""
+"""Friction on a band falling with the slip gathered on it (Kashizadeh et al. 2014, section 2.5).
+
+docs/theory-model.md, Eq. (9).
+"""
 
 import math
 

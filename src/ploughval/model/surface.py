@@ -1,7 +1,8 @@
 """Free surface as a polyline: area, the block's motion, thinning that conserves area, avalanche.
 
-The pairwise avalanche of the paper (Eqs 4 and 5) swept to rest is an equal-area cut at the slope of
-repose; here the cut is found directly by pooling (Ayer et al. 1955; docs/theory-model.md, section 4).
+The pairwise avalanche, Eqs (4) and (5) of the paper, swept to rest is an equal-area cut at the slope of
+repose; here the cut is found directly by pooling (Ayer et al. 1955). docs/theory-model-avalanche.md,
+section 3 proves it; docs/theory-model-nodes.md, section 1 says why nodes are not the error.
 """
 
 import math
@@ -21,6 +22,8 @@ def area_ahead(surface: ArrayLike) -> float:
 
 def avalanche(surface: ArrayLike, repose_deg: float) -> Floats:
     """Bring a surface to rest: slopes steeper than repose become equal-area cuts at that slope.
+
+    docs/theory-model-avalanche.md, Eq. (7).
 
     Parameters
     ----------
@@ -47,7 +50,8 @@ def move_block(surface: ArrayLike, outcrop_x: float, tan_beta: float, du: float)
     """Surface (K, 2) after the block left of the outcrop has moved by du (1, tan beta).
 
     Where the front of the block comes to lie over sand ahead, its columns settle on it, so that the area
-    ahead of the blade changes by exactly - du^2 tan(beta) / 2, what the tip leaves behind.
+    ahead of the blade changes by exactly - du^2 tan(beta) / 2, what the tip leaves behind
+    (docs/theory-model-avalanche.md, Eqs (1) and (2)).
     """
     nodes = np.ascontiguousarray(np.asarray(surface, float).T)
     room = 2 * nodes.shape[1] + 4
@@ -78,7 +82,10 @@ def height_at(x: Floats, y: Floats, n: int, place: float) -> float:
 def shear(
     x: Floats, y: Floats, n: int, outcrop: float, tan_beta: float, du: float, out_x: Floats, out_y: Floats
 ) -> int:
-    """Move the block left of the outcrop; returns the number of nodes written to out_x, out_y."""
+    """Move the block left of the outcrop; returns the number of nodes written to out_x, out_y.
+
+    docs/theory-model-avalanche.md, Eq. (1); the nodes are those of docs/theory-model-nodes.md, Eq. (1).
+    """
     tiny = 1e-12 * (x[n - 1] - x[0])
     m, i = 0, 0
     while i < n and x[i] < outcrop - du - tiny:
@@ -187,8 +194,8 @@ def _lower(
     """Lower an open level until what it loses fills the next segment up to it, or up to where they meet.
 
     Between two nodes of the risen part the loss is quadratic in the fall (span t + bend t^2) and so is the
-    filling: each stretch has a closed form. Returns the level, its start, the nodes left, and whether the
-    segment meets it.
+    filling: each stretch has a closed form (docs/theory-model-avalanche.md, Eqs (9) and (10)). Returns the
+    level, its start, the nodes left, and whether the segment meets it.
     """
     x0, g0, x1, g1 = segment
     width, mean, span = x1 - x0, 0.5 * (g0 + g1), x0 - a
@@ -232,7 +239,10 @@ def _close(sx: Floats, sg: Floats, m: int, a: float, b: float, level: float, tin
 
 @njit(cache=True, nogil=True)  # type: ignore[misc]
 def thin(x: Floats, y: Floats, n: int, deviation: float) -> int:
-    """Drop nodes within ``deviation`` of their neighbours' chord; the neighbours take up the area."""
+    """Drop nodes within ``deviation`` of their neighbours' chord; the neighbours take up the area.
+
+    docs/theory-model-nodes.md, Eq. (2).
+    """
     i = 1
     kept = 1  # nodes written so far
     while i < n - 1:

@@ -17,7 +17,10 @@ Floats = NDArray[np.float64]
 
 @njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
 def straight_fresh(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
-    """P / unit weight of a fresh band of one block, and its outcrop; past the last node: sand is missing."""
+    """P / unit weight of a fresh band of one block, and its outcrop; past the last node: sand is missing.
+
+    The direction is that of least force, or the one of docs/theory-model-march.md, Eq. (1).
+    """
     x[n], y[n] = x[n - 1] + 1e3 * y[0], y[n - 1]
     tan_peak, tan_wall, lean = math.tan(law.peak), math.tan(law.wall), law.face * y[0]
     if law.softened > 0.0 and law.peak > law.residual:

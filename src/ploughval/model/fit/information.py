@@ -68,7 +68,7 @@ def _times(factor: float) -> str:
 
 
 def information(objective: Objective, unknowns: Floats, width: float) -> Information:
-    """Fisher's information of a record, by stretches (docs/theory-fit.md, Eq. 7).
+    """Fisher's information of a record, by stretches (docs/theory-fit.md, Eq. (7)).
 
     Parameters
     ----------

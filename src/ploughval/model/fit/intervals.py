@@ -54,7 +54,7 @@ def quantiles(freedom: float) -> dict[float, float]:
 
 
 def profile(objective: Objective, best: Floats, index: int, std: float, rises: dict[float, float]) -> Profile:
-    """The profile of one fitted parameter around the best unknowns (docs/theory-fit.md, Eq. 6).
+    """The profile of one fitted parameter around the best unknowns (docs/theory-fit.md, Eq. (6)).
 
     Parameters
     ----------

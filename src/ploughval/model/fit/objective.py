@@ -70,7 +70,9 @@ class Modelled:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Objective:
-    """Residuals of a fit, in standard deviations; their squares add up to what is made least (Eq. 1).
+    """Residuals of a fit, in standard deviations; their squares add up to what is made least.
+
+    docs/theory-fit.md, Eq. (1).
 
     The unknowns, in this order: soil variables of ``space``; offset and gain in their standard uncertainties,
     where there are any; start of the record in its standard uncertainties, where it is uncertain; the

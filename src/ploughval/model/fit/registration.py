@@ -62,7 +62,7 @@ def starts_in_record(middles_mm: Floats, teeth: Teeth) -> Floats:
 
 
 def laid_on(u_mm: Floats, start_mm: float, switches_mm: Floats, end_mm: float, teeth: Teeth) -> Floats:
-    """Travel of the model for travel of the record (docs/theory-fit.md, Eq. 2).
+    """Travel of the model for travel of the record (docs/theory-fit.md, Eq. (2)).
 
     Piecewise linear: each tooth of the record is laid on the model's. The softening after a switch is not
     stretched, what is left of the tooth is. The last tooth, which the record does not close, is not stretched
@@ -87,7 +87,7 @@ def laid_on(u_mm: Floats, start_mm: float, switches_mm: Floats, end_mm: float, t
 def prices(
     start_mm: float, switches_mm: Floats, end_mm: float, teeth: Teeth, spread: tuple[float, float]
 ) -> Floats:
-    """What the stretch of each tooth costs, in standard deviations (docs/theory-fit.md, Eq. 3).
+    """What the stretch of each tooth costs, in standard deviations (docs/theory-fit.md, Eq. (3)).
 
     One value a switch of the record, then one for a switch of the model before the record's end that the
     record does not show. ``spread``: relative, and absolute in mm.

@@ -36,7 +36,7 @@ class Misfit:
 
 
 def misfit_of(residuals: Floats, unknowns: int) -> Misfit:
-    """Misfit of standardised residuals in the order of travel (docs/theory-fit.md, Eq. 5)."""
+    """Misfit of standardised residuals in the order of travel (docs/theory-fit.md, Eq. (5))."""
     count = len(residuals)
     freedom = max(count - unknowns, 1)
     chi2 = float(np.sum(residuals**2)) / freedom
@@ -66,7 +66,7 @@ def loosened(objective: Objective, unknowns: Floats) -> Objective:
 
     Where teeth are stretched by more than :data:`TOO_FAR` of what was allowed for (rms), the standard
     deviation in travel becomes what was seen; where the force misses the record by more than its noise and
-    more than was allowed for, that in force does (docs/theory-fit.md, section 4). To be called once: a force
+    more than was allowed for, that in force does (docs/theory-fit.md, Eq. (4)). To be called once: a force
     that may bend more takes its level, which tells the friction angles, more for the model's fault each time.
     """
     apart, record = objective.discrepancy, objective.record
