@@ -3,13 +3,15 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+DOCS_READY := $(VENV)/.docs-ready
 
-.PHONY: demo test check licences audit bench example-report format clean help
+.PHONY: demo test check docs licences audit bench example-report format clean help
 
 help:
 	@echo "make demo    make the environment, process the example test folder, print where the report is"
 	@echo "make test    make the environment, run the tests"
 	@echo "make check   format, lint, types, imports, then the tests"
+	@echo "make docs    build the site into build/docs; every warning fails it"
 	@echo "make licences   print the licence of every package that is needed at run time"
 	@echo "make audit   look those packages up in the lists of known vulnerabilities"
 	@echo "make example-report    write reports/example anew"
@@ -21,6 +23,10 @@ $(READY): pyproject.toml
 	$(BIN)/python -m ploughval.run.warm
 	@touch $@
 
+$(DOCS_READY): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@
+
 demo: $(READY)
 	$(BIN)/ploughval process data/example --out build/demo
 
@@ -28,11 +34,15 @@ test: $(READY)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 check: $(READY)
-	$(BIN)/ruff format --check src tests benchmarks
-	$(BIN)/ruff check src tests benchmarks
+	$(BIN)/ruff format --check docs src tests benchmarks
+	$(BIN)/ruff check docs src tests benchmarks
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(MAKE) test
+
+docs: $(DOCS_READY)
+	$(BIN)/sphinx-build -E -W --keep-going -q -c docs -d build/doctrees . build/docs
+	@echo build/docs/docs/index.html
 
 licences: $(READY)
 	$(BIN)/python .ci/licences
@@ -48,8 +58,8 @@ bench: $(READY)
 	$(BIN)/ploughval bench
 
 format: $(READY)
-	$(BIN)/ruff format src tests benchmarks
-	$(BIN)/ruff check --fix src tests benchmarks
+	$(BIN)/ruff format docs src tests benchmarks
+	$(BIN)/ruff check --fix docs src tests benchmarks
 
 clean:
 	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
