@@ -13,8 +13,8 @@ def area_metric(experiment: Floats, experiment_std: Floats, drawn: Floats) -> Fl
 
     The measured value is known as a normal distribution, the model's as the steps of its draws (one step
     without uncertain inputs). The area has the values' unit. It is 0 where both distributions are the same,
-    and the distance of two values that are certain. Eq. 12 of docs/theory-comparison.md gives the parts in
-    closed form.
+    and the distance of two values that are certain. The parts have a closed form
+    (docs/theory-comparison.md, Eq. (12)).
 
     Parameters
     ----------

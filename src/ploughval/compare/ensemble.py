@@ -117,7 +117,10 @@ class Ensemble(Sequence["History"]):
         return Spread(std, lacking, drawn.size, shares, self.refused)
 
     def _shares(self, drawn: Floats, values: Floats) -> dict[str, float]:
-        """Squared standardised regression coefficients (Saltelli et al. 2008, section 1.2.5)."""
+        """Squared standardised regression coefficients (Saltelli et al. 2008, section 1.2.5).
+
+        docs/theory-comparison.md, Eq. (3).
+        """
         total = float(drawn.var())
         if total <= 1e-24 * float(np.mean(drawn**2)) or len(drawn) < 2 * len(self.inputs):
             return {}
@@ -128,6 +131,8 @@ class Ensemble(Sequence["History"]):
 
 def std_about(centre: Floats, drawn: Floats) -> Floats:
     """Root mean square deviation of draws from what the stated inputs give, at every place.
+
+    docs/theory-comparison.md, Eq. (2).
 
     The prediction that is compared is the one at the stated inputs. What the draws' mean differs from it
     by (inputs cut at a bound, a response that bends) counts as uncertainty, too.

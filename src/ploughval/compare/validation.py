@@ -1,4 +1,7 @@
-"""Error against uncertainty (ASME V&V 20-2009, eqs 1-5-3 and 1-5-10)."""
+"""Error against uncertainty (ASME V&V 20-2009, eqs 1-5-3 and 1-5-10).
+
+docs/theory-comparison.md, Eq. (1); docs/theory-comparison-lines.md, Eq. (1).
+"""
 
 from dataclasses import dataclass
 

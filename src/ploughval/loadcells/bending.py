@@ -36,6 +36,8 @@ class CellGeometry:
 def horizontal_force(upper_Nm: Floats, lower_Nm: Floats, spacing_mm: float) -> Floats:
     """Horizontal resultant below both cells, F = (M_upper - M_lower) / spacing.
 
+    docs/theory-loadcells.md, Eq. (1).
+
     Parameters
     ----------
     upper_Nm, lower_Nm : (N,) float64, N m
@@ -55,6 +57,8 @@ def horizontal_force(upper_Nm: Floats, lower_Nm: Floats, spacing_mm: float) -> F
 
 def line_of_action(lower_Nm: Floats, force_N: Floats, lower_to_tip_mm: float) -> Floats:
     """Height of the resultant above the tip, lower_to_tip - M_lower / F.
+
+    docs/theory-loadcells.md, Eq. (1).
 
     Parameters
     ----------

@@ -92,7 +92,10 @@ def _arm_slopes(features: Floats, sources: Sources) -> _Slopes:
 def _with_calibration(
     by_moment: Floats, by_spacing: Floats, by_lower: Floats, features: Floats, sources: Sources
 ) -> _Slopes:
-    """Slopes by the geometry with what a calibration from known forces at known arms takes back of them."""
+    """Slopes by the geometry with what a calibration from known forces at known arms takes back of them.
+
+    docs/theory-loadcells.md, Eq. (5).
+    """
     response = sources.response
     if response.by_spacing.any():
         by_spacing = by_spacing + (by_moment * (response.by_spacing @ features)).sum(axis=0)
@@ -124,6 +127,7 @@ def _known_poorly(dof: float) -> float:
 
 
 def _std(slopes: _Slopes, features: Floats, sources: Sources) -> Floats:
+    """Standard uncertainty (N,) of a result with these slopes (docs/theory-loadcells.md, Eq. (4))."""
     geometry = sources.geometry
     variance = _calibration_variance(slopes.moments, features, sources.response)
     variance = variance + (slopes.spacing * geometry.spacing_std_mm) ** 2

@@ -74,7 +74,7 @@ class Friction:
 
     Attributes
     ----------
-    features : (K, P) float
+    features : (K, P) float, units of the features
         One column: the mean. Several: against the travel, at ``u_mm``.
     u_mm : (P,) float
         Travel that the columns belong to, mm.
@@ -171,7 +171,8 @@ def friction_of(runs: Sequence[EmptyRun], response: CellResponse) -> Friction:
     """Friction from empty runs: their mean, or against the travel where that predicts a run left out better.
 
     The covariance S of the levels of n runs gives S (1 + 1/n), the test being one more run, with n - 1
-    degrees of freedom. With a single run the variation along its own travel stands in.
+    degrees of freedom (docs/theory-loadcells.md, Eq. (3)). With a single run the variation along its own
+    travel stands in.
 
     Parameters
     ----------

@@ -18,13 +18,15 @@ CURVED: Powers = (*OWN, (2, 0), (0, 2))
 class CellResponse:
     """Moments M = C f(r) of readings r less their zero, f being products of powers of r.
 
+    docs/theory-loadcells.md, Eq. (2); docs/theory-loadcell-calibration.md, Eq. (2).
+
     Attributes
     ----------
     powers : tuple of (int, int)
         Exponents of the (upper, lower) reading in each of the K features.
-    coefficients : (2, K) float
-        C: rows give the upper and the lower moment, N m per unit of the log to the feature's power.
-    cov : (2, K, 2, K) float
+    coefficients : (2, K) float, N m per unit of the log to the feature's power
+        C: rows give the upper and the lower moment.
+    cov : (2, K, 2, K) float, units of the coefficients squared
         Covariance of the coefficients at the stated geometry.
     by_spacing, by_lower_to_tip : (2, K) float
         Change of the coefficients for a millimetre more of spacing or lower_to_tip; zero for constants that

@@ -22,7 +22,7 @@ class Smoothed:
 
     Attributes
     ----------
-    readings : (2, N) float
+    readings : (2, N) float, unit of the log
         NaN where the reading itself was NaN.
     noise_share : float
         Variance of white noise that is left, as a share.
@@ -74,7 +74,7 @@ def smooth(time_s: Floats, readings: Floats, bandwidth_Hz: float) -> Smoothed:
     ----------
     time_s : (N,) float, s
         Strictly increasing.
-    readings : (2, N) float
+    readings : (2, N) float, unit of the log
         NaN where missing.
     bandwidth_Hz : float
         Frequency at which an oscillation is left with 1 / sqrt(2) of its amplitude.
@@ -96,6 +96,8 @@ def smooth(time_s: Floats, readings: Floats, bandwidth_Hz: float) -> Smoothed:
 
 def kernel_std_s(bandwidth_Hz: float) -> float:
     """Standard deviation of the Gaussian kernel, s: exp(-2 (pi f s)^2) = 1 / sqrt(2) at the bandwidth.
+
+    docs/theory-loadcells.md, Eq. (6).
 
     >>> round(kernel_std_s(1.0), 4)
     0.1325

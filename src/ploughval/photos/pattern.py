@@ -1,7 +1,8 @@
 """Size of the sand's grains in a photograph, as correlation sees them: width of the autocorrelation.
 
 Grains of one Gaussian profile of standard deviation s, strewn at random, have a Gaussian autocorrelation of
-sqrt(2) s; it is as wide at half its height as 2 sqrt(2 ln 2) sqrt(2) s. docs/good-practice.md, Eqs 1 to 4.
+sqrt(2) s; it is as wide at half its height as 2 sqrt(2 ln 2) sqrt(2) s.
+docs/good-practice.md, Eqs (1) to (4).
 """
 
 from dataclasses import dataclass
@@ -175,7 +176,10 @@ def _flat(square: Floats) -> Floats:
 
 
 def _covariance(flat: Floats) -> Floats:
-    """Autocovariance (2, LAGS) along rows and columns, freed from what the means of the rows took (Eq. 3)."""
+    """Autocovariance (2, LAGS) along rows and columns, freed from what the means of the rows took.
+
+    docs/good-practice.md, Eq. (3).
+    """
     side = len(flat)
     out = np.full((2, LAGS), np.nan)
     for lag in range(min(LAGS, side // 3)):

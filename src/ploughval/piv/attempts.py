@@ -102,7 +102,10 @@ class Attempts:
         return out
 
     def std(self) -> Floats:
-        """Standard deviation (N,) px of a coordinate: this match and what the reference had gathered."""
+        """Standard deviation (N,) px of a coordinate: this match and what the reference had gathered.
+
+        docs/theory-sequences.md, Eq. (2).
+        """
         out = np.full(len(self.fit.status), np.nan)
         noise = self._noise()
         for held, part in self._by_reference(self._alive):

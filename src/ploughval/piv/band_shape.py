@@ -1,10 +1,10 @@
 """Compiled form of a subset that a shear band crosses: two sides in motion and a band between them.
 
-    u(x) = a + G x + b S((n . x - c) / w)                               (Eq. 4 of docs/theory-correlation.md)
+    u(x) = a + G x + b S((n . x - c) / w)
 
-with S a smooth step from -1/2 to 1/2, n = (cos t, sin t) across the band, c its distance from the subset's
-centre and w half its width (an enriched shape function; cf. Rethore, Hild & Roux 2007 for the finite-element
-form).
+(docs/theory-correlation.md, Eq. (4)) with S a smooth step from -1/2 to 1/2, n = (cos t, sin t) across the
+band, c its distance from the subset's centre and w half its width (an enriched shape function; cf. Rethore,
+Hild & Roux 2007 for the finite-element form).
 """
 
 from typing import NamedTuple

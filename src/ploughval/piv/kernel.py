@@ -1,6 +1,6 @@
 """Compiled inverse-compositional Gauss-Newton matching of subsets (Baker & Matthews 2004).
 
-Equations are those of docs/theory-correlation.md.
+docs/theory-correlation.md, Eqs (1) to (3).
 """
 
 from typing import NamedTuple
@@ -157,7 +157,7 @@ def _compose(p: Floats, step: Floats, terms: int, half: int) -> float:
 
 @compiled
 def difference(work: Work, n: int, count: float, norm: float) -> float:
-    """Turn g into the residuals of Eq. 1; returns the correlation."""
+    """Turn g into the residuals of docs/theory-correlation.md, Eq. (1); returns the correlation."""
     f, g, w = work.f[:n], work.g[:n], work.weight[:n]
     base = np.float32(work.level[0])
     for i in range(n):
@@ -182,7 +182,7 @@ def difference(work: Work, n: int, count: float, norm: float) -> float:
 
 @compiled
 def _advance(tables: Tables, work: Work, ratio: float) -> None:
-    """The step that the residuals call for (Eq. 2)."""
+    """The step that the residuals call for (docs/theory-correlation.md, Eq. (2))."""
     n, terms = tables.mono.shape[1], tables.terms
     sx, sy, r = work.slope_x[:n], work.slope_y[:n], work.g[:n]
     for m in range(terms):
@@ -218,7 +218,7 @@ def answers(work: Work, count: float, slope_noise: float, stats: Floats) -> None
     """What stats say of the slopes, from their sums and moments.
 
     Slopes are filtered: their product with the plain ones, less that of the noise in both, is what the
-    residuals answer to (Eq. 3); over both axes it scales the steps.
+    residuals answer to (docs/theory-correlation.md, Eq. (3)); over both axes it scales the steps.
     """
     squares = max(work.slopes[0], 1e-300)
     raw = work.slopes[1] / squares

@@ -1,6 +1,6 @@
 """Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009).
 
-Eq. 5 of docs/theory-correlation.md.
+docs/theory-correlation.md, Eq. (5).
 """
 
 from dataclasses import dataclass, replace

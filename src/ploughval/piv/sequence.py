@@ -198,7 +198,10 @@ class Tracker:
         return self._state
 
     def _expected(self, alive: Index, picture: Picture) -> Floats:
-        """Motion (N, 2) px since the last picture of use if points go on as before; flow at the start."""
+        """Motion (N, 2) px since the last picture of use if points go on as before; flow at the start.
+
+        docs/theory-sequences.md, Eq. (1).
+        """
         state = self._started()
         by_camera = state.camera.since(state.camera_before, state.position)
         expected = np.nan_to_num(state.motion) * (1 + state.missed) + by_camera

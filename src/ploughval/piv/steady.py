@@ -173,7 +173,10 @@ def _agreed(places: NDArray[np.int64], fit: Fit, guess: Floats) -> SandSeen:
 
 
 def _turned_shift(arm: Floats, moved: Floats) -> Floats:
-    """Shift (2) px and turn (rad, counter-clockwise as seen) of points about their middle, least squares."""
+    """Shift (2) px and turn (rad, counter-clockwise as seen) of points about their middle, least squares.
+
+    docs/theory-sequences.md, Eq. (3).
+    """
     lever = np.column_stack([arm[:, 1], -arm[:, 0]])
     design = np.zeros((len(arm), 2, 3))
     design[:, 0, 0] = design[:, 1, 1] = 1.0

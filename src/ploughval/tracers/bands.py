@@ -166,7 +166,10 @@ def _with_scatter(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _scale_stds(table: pd.DataFrame) -> None:
-    """Multiply stds of angles and outcrops by how increments of one band scatter beyond them, Eq. (16a)."""
+    """Multiply stds of angles and outcrops by how increments of one band scatter beyond them.
+
+    docs/theory-bands.md, Eq. (17).
+    """
     middle = (table["u_mm"] + table["du_mm"] / 2).to_numpy()
     for value, std in (("beta_deg", "beta_std_deg"), ("outcrop_x_mm", "outcrop_std_mm")):
         columns = table[value].to_numpy(), table[std].to_numpy(), table["band"].to_numpy()
@@ -177,7 +180,7 @@ def _with_displacement_std(table: pd.DataFrame) -> pd.DataFrame:
     """Add to the velocities' std what the blade's displacement is uncertain by.
 
     The block goes with the blade: how far its motion scatters about the blade's from increment to increment,
-    beyond its own noise, is put down to the displacement, Eq. (10).
+    beyond its own noise, is put down to the displacement (docs/theory-bands.md, Eq. (10)).
     """
     known = table.dropna(subset=["velocity_x", "velocity_x_std"])
     if len(known) < _LEAST_INCREMENTS:

@@ -203,8 +203,8 @@ def _crossings(profile: Floats, column: float, body_px: int) -> tuple[BladeSight
 def _balanced(share: Floats, place: Floats) -> tuple[Floats, Floats]:
     """Edge that leaves as much of the body ahead as is missing behind, over a few columns about a place.
 
-    The half-level itself depends on where in its pixel the edge stands (Tabatabai and Mitchell 1984). Also
-    how much of the edge's blur lies beyond those columns, px.
+    The half-level itself depends on where in its pixel the edge stands (Tabatabai and Mitchell 1984;
+    docs/theory-geometry.md, Eq. (2)). Also how much of the edge's blur lies beyond those columns, px.
     """
     middle = np.rint(np.nan_to_num(place)).astype(int)
     around = np.clip(middle[:, None] + np.arange(-_BLUR_PX, _BLUR_PX + 1), 0, share.shape[1] - 1)

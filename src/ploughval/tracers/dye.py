@@ -266,7 +266,7 @@ class DyeFollower(Changing):
         return found
 
     def _runs(self, group: tuple[float, ...], picture: _Picture) -> _Runs:
-        """Runs of dyed pixels in every sampled column."""
+        """Runs of dyed pixels in every sampled column (docs/theory-geometry.md, Eq. (6))."""
         dyed = float(np.mean([self._dyes[h].dyed for h in group]))
         plain = float(np.mean([self._dyes[h].plain for h in group]))
         share = np.clip((picture.grey - np.float32(plain)) / np.float32(dyed - plain), -0.5, 1.2)
@@ -278,7 +278,7 @@ class DyeFollower(Changing):
         return _Runs(np.nonzero(inside)[0], middle, low - high, plain + mean * (dyed - plain))
 
     def _cost(self, height: float, runs: _Runs, picture: _Picture, several: bool) -> Floats:
-        """How unlikely runs belong to a layer, in thicknesses."""
+        """How unlikely runs belong to a layer, in thicknesses (docs/theory-geometry.md, Eq. (7))."""
         cost = self._memory[height].distance(runs.column.astype(float), runs.middle, picture.motion)
         points, place = picture.carried.get(height, np.empty((0, 2))), self._place[runs.column]
         if len(points):

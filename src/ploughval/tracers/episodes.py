@@ -1,4 +1,7 @@
-"""Bands as intervals of activity: an outcrop that jumps ahead starts one (theory-bands.md, section 6)."""
+"""Bands as intervals of activity: an outcrop that jumps ahead starts one.
+
+docs/theory-bands.md, section 6.
+"""
 
 from dataclasses import dataclass
 
@@ -72,7 +75,10 @@ def _jumps(known: pd.DataFrame) -> list[int]:
 
 
 def _jumps_at(x: Floats, std: Floats, u: Floats, start: int, k: int) -> bool:
-    """Whether the outcrop jumps ahead with increment k, in a band from increment start on, Eq. (17)."""
+    """Whether the outcrop jumps ahead with increment k, in a band from increment start on.
+
+    docs/theory-bands.md, Eq. (19).
+    """
     creep = _creep(x, u, k)
     ahead = x - creep * u
     past, future = slice(max(k - _LEVEL, start), k), slice(k, k + _LEVEL)
@@ -139,7 +145,9 @@ def _joined(known: pd.DataFrame, parts: list[pd.Index]) -> list[pd.Index]:
 
 
 def _episode(rows: pd.DataFrame, *, shared: bool) -> Episode:
-    """A band's place at its start, Eq. (18): the mean of its increments' outcrops, or where they creep from.
+    """A band's place at its start: the mean of its increments' outcrops, or where they creep from.
+
+    docs/theory-bands.md, Eq. (20).
 
     The first increment is left out where it is shared with the band before, if there are others.
     """

@@ -58,8 +58,9 @@ class LightMeter:
     """Compares photographs with the first one, block by block.
 
     Most blocks show the same sand or the same air as before; those where something moved, or a hand is
-    in the picture, do not fit a level and two slopes and lose their say (iteratively reweighted least
-    squares with Tukey's biweight, started from the shortest half, Rousseeuw 1984).
+    in the picture, do not fit a level and two slopes (docs/theory-geometry.md, Eq. (1)) and lose their say
+    (iteratively reweighted least squares with Tukey's biweight, started from the shortest half, Rousseeuw
+    1984).
 
     Parameters
     ----------

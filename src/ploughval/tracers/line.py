@@ -92,7 +92,10 @@ def _best(shares: Shares) -> tuple[float, float]:
 
 
 def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
-    """Velocity (2,) of the block above a line and its std, Eq. (8): a mean less strays."""
+    """Velocity (2,) of the block above a line and its std: a mean less strays.
+
+    docs/theory-bands.md, Eqs (1) and (8).
+    """
     above = height_above(motion.place, angle)
     clear = above > motion.reach_mm / 2
     if clear.sum() < _LEAST_POINTS:
@@ -110,9 +113,10 @@ def block_velocity(motion: Motion, angle: float) -> tuple[Floats, Floats]:
 
 
 def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
-    """Mean and std of the angle's posterior, rad, Eq. (7), and the likeliest width, mm.
+    """Mean and std of the angle's posterior, rad, and the likeliest width, mm.
 
-    Coarse over the neighbourhood, fine about its top; widths have even weight for their logarithm.
+    docs/theory-bands.md, Eq. (7). Coarse over the neighbourhood, fine about its top; widths have even weight
+    for their logarithm.
     """
     reach = shares.reach_mm
     for span in _SPANS:  # wider where a gap in the field leaves the line open
@@ -136,7 +140,7 @@ def _posterior(shares: Shares, angle: float) -> tuple[float, float, float]:
 
 
 def _side_std(shares: Shares, angle: float) -> float:
-    """Std of the angle, rad, from what correlation does beside a band, Eq. (9).
+    """Std of the angle, rad, from what correlation does beside a band (docs/theory-bands.md, Eq. (9)).
 
     It decides to within a part of a subset on which side a point lies, alike along the band; points of both
     sides check each other, and where those of one side are lost nothing does.

@@ -1,4 +1,7 @@
-"""Whether one line through the tip is enough: rival mechanisms of motion (theory-bands.md, section 4)."""
+"""Whether one line through the tip is enough: rival mechanisms of motion.
+
+docs/theory-bands.md, section 4.
+"""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -53,7 +56,8 @@ class Verdict:
         band is enough. NaN where there was no band to rival.
     spread_deg : float
         Half the angle between the lines above which sand moves by a quarter and by three quarters of the
-        block's motion: what "the" line is uncertain by where one is not enough, Eq. (16); else 0.
+        block's motion: what "the" line is uncertain by where one is not enough
+        (docs/theory-bands.md, Eq. (16)); else 0.
     """
 
     mechanism: Mechanism | None
@@ -88,14 +92,17 @@ class _Points:
         return np.asarray(np.median(self.rate[-max(len(self.rate) // _STEEPEST, 4) :], axis=0))
 
     def logs(self, expected: Floats, doubt: Floats | float = 0.0) -> Floats:
-        """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2), Eq. (11)."""
+        """Logarithm of the density of each rate (N,), given what is expected, (2,) or (N, 2).
+
+        docs/theory-bands.md, Eq. (11).
+        """
         spread = self.std**2 + np.square(doubt)
         off = ((self.rate - expected) ** 2).sum(axis=1)
         bell = np.exp(-off / (2 * spread)) / (2 * np.pi * spread)
         return np.asarray(np.log((1 - _STRAYS) * bell + _STRAYS * _STRAY_DENSITY))
 
     def lead(self, logs: Floats, single: Floats, parameters: int) -> float:
-        """Evidence of a rival with so many parameters more, Eq. (12)."""
+        """Evidence of a rival with so many parameters more (docs/theory-bands.md, Eq. (12))."""
         independent = max(len(self.rate) / self.sharing, 2.0)
         return float((logs - single).sum() / self.sharing - parameters / 2 * np.log(independent))
 
@@ -166,7 +173,10 @@ def _doubt(part: Floats, velocity: Floats) -> Floats:
 
 
 def _two_bands(points: _Points, single: Floats, velocity: Floats) -> tuple[float, float]:
-    """Evidence of a second line with sand between that moves by a part, Eq. (13); their angle, degrees."""
+    """Evidence of a second line with sand between that moves by a part; their angle, degrees.
+
+    docs/theory-bands.md, Eq. (13).
+    """
     best, apart = -np.inf, 0.0
     beginnings = [(part * velocity, velocity) for part in (0.25, 0.5, 0.75)]
     beginnings.append((velocity, points.steepest()))  # the block that was fitted is the one between
@@ -203,7 +213,10 @@ def _two_logs(points: _Points, low: int, high: int, middle: Floats, top: Floats)
 
 
 def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats, reach_mm: float) -> float:
-    """Evidence of motion in the block that differs beside the blade and fades with the distance, Eq. (14)."""
+    """Evidence of motion in the block that differs beside the blade and fades with the distance.
+
+    docs/theory-bands.md, Eq. (14).
+    """
     best = -np.inf
     off = points.rate - velocity
     used = (part > 0.99) & (np.abs(off).max(axis=1) < 0.5)
@@ -222,7 +235,10 @@ def _along_blade(points: _Points, single: Floats, part: Floats, velocity: Floats
 
 
 def _diffuse(points: _Points, single: Floats, velocity: Floats, motion: Motion) -> float:
-    """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line, Eq. (15)."""
+    """Evidence of motion that fades in gradually, over a fan of angles or a zone along the line.
+
+    docs/theory-bands.md, Eq. (15).
+    """
     best = -np.inf
     share = points.rate @ velocity / (velocity @ velocity)
     if (np.abs(share - 0.5) < 0.5 - _PART[0]).sum() < _LEAST_SETS * points.sharing:

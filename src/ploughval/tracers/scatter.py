@@ -21,8 +21,8 @@ def widened(place: Floats, value: Floats, std: Floats, vague: Mask) -> Floats:
     A value is foreseen by the straight line through the four before it, and by that through the four after
     it; the nearer counts, so that a jump is no scatter. Where these differences, of a value and its
     neighbours without the largest, exceed twice what is stated, the std grows in proportion (type A of the
-    GUM; Eq. (16b) of theory-bands.md). Sharp bands state their std rightly and may follow each other quickly:
-    only where a third of the increments about one are vague is it widened.
+    GUM; docs/theory-bands.md, Eq. (18)). Sharp bands state their std rightly and may follow each other
+    quickly: only where a third of the increments about one are vague is it widened.
 
     Parameters
     ----------

@@ -43,7 +43,10 @@ class Shares:
     reach_mm: float
 
     def logs(self, angle: Floats, widths: Floats) -> Floats:
-        """Log-likelihood (W, G) of lines at angles (G,), rad, with widths (W,) of the change, mm, Eq. (6)."""
+        """Log-likelihood (W, G) of lines at angles (G,), rad, with widths (W,) of the change, mm.
+
+        docs/theory-bands.md, Eq. (6).
+        """
         above, swept = self._geometry(self.place, angle)
         parts = (expit(_LOGISTIC * above / np.sqrt(width**2 + swept)) for width in widths)
         moved = [point_logs(self.share, self.std, part, self.strays).sum(axis=1) for part in parts]
@@ -79,7 +82,10 @@ class Shares:
         )
 
     def _geometry(self, place: Floats, angle: Floats) -> tuple[Floats, Floats]:
-        """Heights (G, N) above lines, mm, and the variance of what a line sweeps there, mm2, Eqs (3), (4)."""
+        """Heights (G, N) above lines, mm, and the variance of what a line sweeps there, mm2.
+
+        docs/theory-bands.md, Eqs (3) and (4).
+        """
         x, y = place.T
         sin, cos = np.sin(angle)[:, None], np.cos(angle)[:, None]
         above, along = cos * y - sin * x, cos * x + sin * y
@@ -87,7 +93,7 @@ class Shares:
         return above, ramp**2 / 3
 
     def _torn(self, above: Floats, swept: Floats, part: float, width: float) -> Floats:
-        """Probability that a point at a height above the line is lost, Eq. (5)."""
+        """Probability that a point at a height above the line is lost (docs/theory-bands.md, Eq. (5))."""
         near = np.exp(-(above**2) / (2 * ((width * self.reach_mm) ** 2 + swept)))
         return np.asarray(self.loss + part * (1 - self.loss) * near)
 
@@ -117,6 +123,8 @@ def height_above(place: Floats, angle: float) -> Floats:
 
 def shares_of(motion: Motion, velocity: Floats, angle: float | None) -> Shares:
     """Motion along the block's velocity (2,) in parts of it; noise, strays and losses from clear points.
+
+    docs/theory-bands.md, Eq. (2).
 
     A point is clear of a line (angle, rad) by half a subset; without a line generous values are taken.
     """

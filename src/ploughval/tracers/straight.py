@@ -1,7 +1,8 @@
 """A noisy line as straight pieces: where it is kinked, and the line through each point's own piece.
 
-Kinks are found by least squares with a price for every piece (optimal partitioning, Jackson et al. 2005);
-a point is then read from the straight line through its neighbours in its own piece.
+Kinks are found by least squares with a price for every piece (optimal partitioning, Jackson et al. 2005;
+docs/theory-geometry.md, Eq. (4)); a point is then read from the straight line through its neighbours in its
+own piece.
 """
 
 import numpy as np
@@ -93,6 +94,8 @@ def read_along(value: Floats, piece: NDArray[np.int64], half: int, out: Floats) 
 
 def straightened(value: Floats) -> tuple[Floats, Floats, Floats]:
     """Values read from the straight pieces of a noisy line, their std, and the scatter about them, (N,) each.
+
+    The std is that of docs/theory-geometry.md, Eq. (5), without its last term.
 
     Parameters
     ----------

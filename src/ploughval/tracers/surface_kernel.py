@@ -17,6 +17,8 @@ def border_costs(
 ) -> None:
     """Cost of the border standing above each row of a strip: air above it, skin below, then sand.
 
+    docs/theory-geometry.md, Eq. (3).
+
     Parameters
     ----------
     band : (rows, w) float32, uint8, uint16

@@ -21,7 +21,8 @@ def start_of(
     """Displacement at which a band began, and its std, mm.
 
     Sand between the lines of two bands rests until the new one takes over: how far it moves in the last
-    increment of the old band and the first of the new is the travel that was left after the switch, Eq. (19).
+    increment of the old band and the first of the new is the travel that was left after the switch
+    (docs/theory-bands.md, Eq. (21)).
     """
     first = table.loc[episodes[number].rows[0]]
     u0, du = float(first["u_mm"]), float(first["du_mm"])

@@ -1,6 +1,6 @@
 """Sand heaped ahead of the blade against the sand that the blade has swept: a check of the measurement.
 
-Per mm of width, between the tip's level and the surface (docs/theory-geometry.md, section 6).
+Per mm of width, between the tip's level and the surface (docs/theory-geometry.md, Eq. (8)).
 """
 
 from dataclasses import dataclass
@@ -64,8 +64,8 @@ def area_balance(
         frame and u_mm; blade_x_mm (used before u_mm) and blade_std_mm where they are known.
     depth_mm : float
         Of the tip below the initial surface, mm.
-    initial : (M, 2) float or None
-        The surface before the blade moved, mm; None: that of the first frame in ``surface``.
+    initial : (M, 2) float or None, mm
+        The surface before the blade moved; None: that of the first frame in ``surface``.
 
     Returns
     -------

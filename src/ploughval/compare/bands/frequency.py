@@ -63,6 +63,8 @@ def spacings(starts_mm: Floats, last_mm: float) -> Spacings:
 def frequency_ratio(experiment: Spacings, model: Spacings) -> Ratio:
     """How much more often the model switches bands than the experiment does.
 
+    docs/theory-comparison-lines.md, Eq. (4).
+
     The k-th spacing of the experiment over the k-th of the model is taken to scatter log-normally about
     the ratio, by a relative scatter that is unknown between LEAST_SCATTER and MOST_SCATTER (flat in its
     logarithm, like the ratio): so few spacings leave much open. A spacing that a record cuts says that it

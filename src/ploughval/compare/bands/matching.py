@@ -27,6 +27,8 @@ def match_bands(
 ) -> pd.DataFrame:
     """Pair bands so that as many as possible match and their places differ least.
 
+    docs/theory-comparison-lines.md, Eq. (2).
+
     The cost of a pair is the sum of the squared differences of start and outcrop (mm), each over its
     variance (mm2): of both sides' uncertainty, and of a third of the gate, by which a model may be off.
 

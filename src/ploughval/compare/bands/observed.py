@@ -12,9 +12,8 @@ QUANTITIES = (
     "start_spacing_mm", "outcrop_spacing_mm",
 )  # fmt: skip
 _JOIN_STDS = 2.0  # two outcrops that lie nearer to each other than this are one
-_PLACED = (
-    0.1  # of an interval: std of a start that the sand between two bands places (theory-bands, section 7)
-)
+# of an interval: std of a start that the sand between two bands places (docs/theory-bands.md, section 7)
+_PLACED = 0.1
 _HALFWAY = 1e-3  # of an interval
 
 

@@ -190,6 +190,8 @@ def _shared_std(name: str, pairs: pd.DataFrame) -> Floats:
 def _mean_std(name: str, part: pd.DataFrame) -> float:
     """Of the mean over pairs: own parts average out, the shared one does not.
 
+    docs/theory-comparison-lines.md, Eq. (3).
+
     Where one length ends at the place at which the next begins, that place's error is in both with opposite
     sign, and cancels.
     """

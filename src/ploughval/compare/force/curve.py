@@ -57,7 +57,7 @@ class Curve:
         """What all points share, split into offset and gain by how its variance grows with the force.
 
         Zeros and friction displace every force by the same amount, sensitivities stretch all of them: the
-        variance of the sum is a square in the force (eq. 4 of docs/theory-comparison.md), fitted here.
+        variance of the sum is a square in the force (docs/theory-comparison.md, Eq. (4)), fitted here.
         """
         x, y = self.force_N, self.shared_std_N**2
         level, total = float(np.sqrt(np.mean(x**2))), float(y.mean())

@@ -56,7 +56,7 @@ def history_metrics(
     pairs: Pairs,
     P0_N: float,
 ) -> list[Metric]:
-    """Differences of the two histories over their common travel.
+    """Differences of the two histories over their common travel (docs/theory-comparison.md, Eq. (7)).
 
     Parameters
     ----------
@@ -132,7 +132,10 @@ def _shape(histories: Histories, measured: Reading, model: Reading, drawn: Seque
 
 
 def _phase(histories: Histories, drawn: Sequence[Reading], pairs: Pairs, P0_N: float) -> list[Metric]:
-    """What is left when matched switches coincide, the share that goes, and how far travel is stretched."""
+    """What is left when matched switches coincide, the share that goes, and how far travel is stretched.
+
+    docs/theory-comparison.md, Eqs (8) and (9).
+    """
     if not pairs.numbers:
         return []
     to, place = pairs.places_mm

@@ -45,7 +45,10 @@ class Pairs:
         return self.measured[:, 0], self.predicted[:, 0]
 
     def mean_std(self, k: int, known: NDArray[np.bool_]) -> float:
-        """Standard uncertainty of the mean of the k-th measured value over some pairs."""
+        """Standard uncertainty of the mean of the k-th measured value over some pairs.
+
+        docs/theory-comparison.md, Eq. (6).
+        """
         rows = np.flatnonzero(known)
         if _VALUES[k] == "spacing_mm":  # the places between the ends cancel
             return float(np.hypot(*self.measured_std[[rows[0] - 1, rows[-1]], 0])) / rows.size

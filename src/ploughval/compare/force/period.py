@@ -23,7 +23,7 @@ def dominant_period(curve: Curve, switches: int) -> Quantity:
 
     The record is divided by its quadratic trend, because force and saw-teeth grow together. To the rest a
     wave of phase (2 pi / g) ln(1 + g u / p) is fitted by least squares over p and g: its length p + g u
-    grows with the travel, as the spacing of the bands does. Eq. 11 of docs/theory-comparison.md.
+    grows with the travel, as the spacing of the bands does (docs/theory-comparison.md, Eqs (10) and (11)).
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def mean_spacing(peaks: pd.DataFrame) -> Quantity:
 def over_initial(force: Quantity, initial: Initial, shared: Shared, *, offsets: float = 1.0) -> Quantity:
     """A force over the initial force of the same record.
 
-    Eq. 5 of docs/theory-comparison.md: the gain cancels, an offset acts on both with opposite sign, and what
+    docs/theory-comparison.md, Eq. (5): the gain cancels, an offset acts on both with opposite sign, and what
     is fresh at either place adds.
 
     Parameters

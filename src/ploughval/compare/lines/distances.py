@@ -104,7 +104,7 @@ class PointStds:
 
     @property
     def validation(self) -> Floats:
-        """Of the difference at each point."""
+        """Of the difference at each point (docs/theory-comparison-lines.md, Eq. (5))."""
         return np.asarray(
             np.sqrt(self.own**2 + self.calibration**2 + self.inputs**2 + self.numerical**2), dtype=np.float64
         )

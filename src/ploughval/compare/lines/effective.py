@@ -9,8 +9,8 @@ Floats = NDArray[np.float64]
 def effective_number(residuals: Floats) -> float:
     """Number of independent values that have a mean as uncertain as so many correlated ones.
 
-    n / (1 + 2 sum rho_k), summed until the first autocorrelation that is not positive (Geyer, 1992,
-    initial positive sequence, for single lags).
+    n / (1 + 2 sum rho_k), summed until the first autocorrelation that is not positive (Geyer 1992, initial
+    positive sequence, for single lags; docs/theory-comparison-lines.md, Eq. (6)).
 
     Parameters
     ----------

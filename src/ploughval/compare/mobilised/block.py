@@ -40,7 +40,7 @@ class Block:
 def block_of(
     line: Floats, u_mm: float, outcrop_mm: float, depth_mm: float, lean: float = 0.0
 ) -> Block | None:
-    """The block in one photograph.
+    """The block in one photograph (docs/theory-mobilised.md, Eq. (2)).
 
     Parameters
     ----------

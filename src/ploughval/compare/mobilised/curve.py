@@ -1,4 +1,7 @@
-"""Mobilised friction against slip at rows of the force, between the photographs too (theory-mobilised.md)."""
+"""Mobilised friction against slip at rows of the force, between the photographs too.
+
+docs/theory-mobilised.md, section 2.
+"""
 
 from dataclasses import dataclass
 
@@ -66,7 +69,7 @@ class BandCurve:
     force_N: Floats
 
     def slip_at(self, origin_mm: float, u_mm: Floats) -> Floats:
-        """Slip gathered from an origin to travels.
+        """Slip gathered from an origin to travels (docs/theory-mobilised.md, Eq. (3)).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The mechanism (Kashizadeh et al. 2014, eq. 1) solved for the friction angle, and what moves it."""
+"""The mechanism (Kashizadeh et al. 2014, section 2.1) solved for the friction angle, and what moves it."""
 
 from dataclasses import dataclass
 
@@ -16,9 +16,9 @@ def mobilised_friction(
 ) -> Floats:
     """Friction angle at which a block of a weight on a band slides under the blade's force P, in degrees.
 
-    Equilibrium of the block, P = W t / (cos phi_w - sin phi_w t) with t = tan(beta + phi), solved:
-    t = P cos phi_w / (W + P sin phi_w). The paper's eq. (1) prints beta + phi_w in the denominator;
-    equilibrium has beta + phi there.
+    Equilibrium of the block, P = W t / (cos phi_w - sin phi_w t) with t = tan(beta + phi)
+    (docs/theory-model.md, Eq. (3)), solved: t = P cos phi_w / (W + P sin phi_w)
+    (docs/theory-mobilised.md, Eq. (1)).
 
     Parameters
     ----------
@@ -56,7 +56,8 @@ def slip_rate(beta_deg: Floats, inclination_deg: float = 0.0) -> Floats:
     Returns
     -------
     (N,) float
-        cos alpha / cos(alpha + beta): 1 / cos beta before an upright face.
+        cos alpha / cos(alpha + beta): 1 / cos beta before an upright face
+        (docs/theory-model-blades.md, Eq. (3)).
     """
     beta, alpha = np.radians(beta_deg), np.radians(inclination_deg)
     return np.asarray(np.cos(alpha) / np.cos(alpha + beta))
@@ -76,7 +77,7 @@ class Slopes:
 
 
 def slopes(horizontal_N: Floats, weight_N: Floats, wall_friction_deg: float) -> Slopes:
-    """Derivatives of phi = atan(F / (W + F tan phi_w)) - beta; docs/theory-mobilised.md, eq. (6).
+    """Derivatives of phi = atan(F / (W + F tan phi_w)) - beta; docs/theory-mobilised.md, Eq. (6).
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def incline_deg(scene: Scene, soil: Soil) -> float:
 
 
 def weight_of(scene: Scene, soil: Soil, track: BlockTrack) -> Floats:
-    """Weight of the block with the load upon it, docs/theory-mobilised.md, eq. (2).
+    """Weight of the block with the load upon it, docs/theory-mobilised.md, Eq. (2).
 
     Parameters
     ----------
@@ -137,7 +137,9 @@ def respond(
     track: BlockTrack,
     force: tuple[Floats, Floats],
 ) -> Response:
-    """Effects of every source on the mobilised friction, to first order; docs/theory-mobilised.md, section 3.
+    """Effects of every source on the mobilised friction, to first order.
+
+    docs/theory-mobilised.md, Eq. (7) with the derivatives of its Eq. (6) and the bound of its Eq. (5).
 
     Parameters
     ----------

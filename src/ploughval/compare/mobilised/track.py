@@ -1,4 +1,7 @@
-"""A band's block at any travel, from the photographs in which it was seen (theory-mobilised.md, 2)."""
+"""A band's block at any travel, from the photographs in which it was seen.
+
+docs/theory-mobilised.md, section 2.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,7 +51,7 @@ def track_block(
 
     From photograph to photograph area and height at the outcrop go on evenly. Up to the start of the band the
     sand at its outcrop rests, and the area of sand ahead of the blade stays: the height is that of the
-    photograph before, the area grows by half the height for a millimetre, eq. (4).
+    photograph before, the area grows by half the height for a millimetre (docs/theory-mobilised.md, Eq. (4)).
 
     Parameters
     ----------

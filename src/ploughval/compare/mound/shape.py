@@ -209,7 +209,7 @@ def _last_above(x: Floats, height: Floats, level: float) -> float:
 
 
 def _front_slope(x: Floats, raw: Floats, height: Floats, foot: int, reading: Reading) -> Quantity:
-    """Median slope (Theil, 1950) of the front, from its foot up to where it flattens to half its steepest."""
+    """Median slope (Theil 1950) of the front, from its foot up to where it flattens to half its steepest."""
     width = max(round(reading.window_mm / reading.step_mm), 1)
     steepest, top = 0.0, foot
     for k in range(foot, width - 1, -1):

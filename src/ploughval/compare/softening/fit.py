@@ -133,7 +133,7 @@ def _noise(rows: Sequence[FittedRows], length: float, origins: Floats) -> Noise:
 
 
 def _criterion(chi2: float, parameters: int, rows: int) -> float:
-    """AICc (Hurvich and Tsai 1989) but for a constant."""
+    """AICc (Hurvich & Tsai 1989) but for a constant."""
     return chi2 + 2 * parameters * rows / max(rows - parameters - 1, 1)
 
 

@@ -1,4 +1,7 @@
-"""How far a band has softened after a slip, averaged over the slip of a row (theory-mobilised.md, 4)."""
+"""How far a band has softened after a slip, averaged over the slip of a row.
+
+docs/theory-mobilised.md, section 4.
+"""
 
 from enum import StrEnum
 
@@ -25,7 +28,7 @@ def softened(low_mm: Floats, high_mm: Floats, length_mm: float, law: Law = Law.L
     length_mm : float, mm
         Mobilization length; of the exponential law the slip that leaves 1/e.
     law : Law
-        Linear: min(slip / length, 1), Kashizadeh et al. (2014), section 2.5.
+        Linear: min(slip / length, 1), docs/theory-model.md, Eq. (9).
 
     Returns
     -------
@@ -46,6 +49,8 @@ def softened(low_mm: Floats, high_mm: Floats, length_mm: float, law: Law = Law.L
 
 def ahead(low_mm: Floats, high_mm: Floats, origin_mm: float) -> Floats:
     """How far rows lie before an origin, the mean over each row; 0 behind it.
+
+    docs/theory-mobilised.md, Eq. (8).
 
     Parameters
     ----------

@@ -150,7 +150,8 @@ class Problem:
         """Peak and residual anew, and all that they are uncertain by, at the length and origins found.
 
         Rows count by their whole variance, none is used to put a shared source right: a slow drift of the
-        friction would pass for an error of the force's zero. Then errors are carried through, eqs (9), (10).
+        friction would pass for an error of the force's zero. Then errors are carried through
+        (docs/theory-mobilised.md, Eqs (9) and (10)).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Which model the loads support, and which rows contradict all others (Rosner, Technometrics 25, 1983)."""
+"""Which model the loads support, and which rows contradict all others (Rosner 1983)."""
 
 from dataclasses import dataclass
 

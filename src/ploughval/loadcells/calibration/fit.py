@@ -1,7 +1,8 @@
 """One model of the cells fitted to known moments: least squares with errors that rows have in common.
 
 A scatter of its own for each cell is estimated from the residuals (restricted maximum likelihood; Fellner,
-Technometrics 28, 1986); errors of weights and arms are carried as parameters of known standard deviation.
+1986); errors of weights and arms are carried as parameters of known standard deviation
+(docs/theory-loadcell-calibration.md, Eqs (3) and (4)).
 """
 
 from dataclasses import dataclass
@@ -106,7 +107,10 @@ class ModelFit:
 
     @property
     def aicc(self) -> float:
-        """The same with the correction for few rows (Hurvich & Tsai 1989); inf where they are too few."""
+        """The same with the correction for few rows (Hurvich & Tsai 1989); inf where they are too few.
+
+        docs/theory-loadcell-calibration.md, Eq. (6).
+        """
         spare = self.residuals.size - self.parameters - 1
         if spare <= 0:
             return float("inf")

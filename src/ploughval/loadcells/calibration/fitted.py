@@ -135,7 +135,10 @@ def response_of(session: Session, choice: Choice, by_geometry: tuple[Floats, Flo
 
 
 def _averaged(choice: Choice) -> tuple[Powers, Floats, Floats]:
-    """The chosen coefficients; their covariance over all models by weight (Burnham & Anderson 2002, 4.3)."""
+    """The chosen coefficients; their covariance over all models by weight (Burnham & Anderson 2002, 4.3).
+
+    docs/theory-loadcell-calibration.md, Eq. (7).
+    """
     weighed = [(weight, fit) for weight, fit in choice.weighed if weight > _LEAST_WEIGHT]
     powers = max((fit.model.powers for _, fit in weighed), key=len)
     size, own = len(powers), choice.fit.coefficients.shape[1]
@@ -168,7 +171,10 @@ def _derivative(session: Session, fit: ModelFit, by: Floats) -> Floats:
 
 
 def _attenuation(session: Session, fit: ModelFit) -> Floats:
-    """Bound of the relative loss of constants if all scatter is in the readings (Fuller 1987, 1.1)."""
+    """Bound of the relative loss of constants if all scatter is in the readings (Fuller 1987, 1.1).
+
+    docs/theory-loadcell-calibration.md, Eq. (5).
+    """
     used = np.ones(session.run.size, dtype=bool)
     used[list(fit.left_out)] = False
     centred = session.moments.copy()

@@ -100,7 +100,7 @@ def with_moments(points: pd.DataFrame, *, spacing_mm: float, lower_to_tip_mm: fl
     """Points with the moments that load and arm make at the cells where no moments were given.
 
     M_lower = F (lower_to_tip - arm), M_upper = F (lower_to_tip + spacing - arm); without load no moment,
-    whatever the arm.
+    whatever the arm (docs/theory-loadcell-calibration.md, Eq. (1)).
     """
     load = points["load_N"].to_numpy(float)
     arm = np.where(load == 0, 0.0, points["arm_mm"].to_numpy(float))

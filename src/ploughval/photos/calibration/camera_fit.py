@@ -90,7 +90,7 @@ class CameraFit:
         Weighted sum of squared residuals; px^2 where no standard uncertainty is known.
     terms : tuple of int
         Terms of the lens that are fitted, by their place in ``TERMS``.
-    spread : (16, K) float
+    spread : (16, K) float, units of the parameters
         Changes of ``model.parameters`` by one standard deviation of K independent sources.
     tests : tuple of TermTest
     std_px : float, px
@@ -305,7 +305,10 @@ def _ratio(small: CameraFit, large: CameraFit, known: bool) -> float:
 
 
 def _chance(small: CameraFit, large: CameraFit, known: bool) -> float:
-    """Chance that terms which mean nothing lower the residuals as much: F test; chi-square with known std."""
+    """Chance that terms which mean nothing lower the residuals as much: F test; chi-square with known std.
+
+    docs/theory-calibration.md, Eq. (3).
+    """
     from scipy.stats import chi2, f
 
     added, ratio = len(large.terms) - len(small.terms), _ratio(small, large, known)
@@ -313,7 +316,10 @@ def _chance(small: CameraFit, large: CameraFit, known: bool) -> float:
 
 
 def _left_out(small: CameraFit, large: CameraFit, known: bool) -> Array:
-    """What terms that were not taken may still mean: their change, less what noise alone makes of it."""
+    """What terms that were not taken may still mean: their change, less what noise alone makes of it.
+
+    docs/theory-calibration.md, Eq. (4).
+    """
     added, ratio = len(large.terms) - len(small.terms), _ratio(small, large, known)
     share = np.sqrt(max(0.0, 1 - added / ratio)) if ratio > 0 else 0.0
     return np.asarray(share * (large.model.parameters - small.model.parameters))

@@ -102,7 +102,10 @@ class CameraModel:
 
 
 def spread_of(function: Callable[[CameraModel], Array], model: CameraModel, spread: Array) -> Array:
-    """Changes of a result by one standard deviation of each source, (K, ...) for a spread (16, K)."""
+    """Changes of a result by one standard deviation of each source, (K, ...) for a spread (16, K).
+
+    docs/theory-calibration.md, Eq. (5) is the sum of their squares.
+    """
     changes = [
         (
             function(model.with_parameters(model.parameters + _SMALL * column))

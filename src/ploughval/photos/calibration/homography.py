@@ -10,7 +10,7 @@ _FLAT = 1e-3
 
 
 def project(matrix: Array, points: Array) -> Array:
-    """Apply a (3, 3) homography to points (..., 2)."""
+    """Apply a (3, 3) homography to points (..., 2), docs/theory-calibration.md, Eq. (1)."""
     points = np.asarray(points, float)
     mapped = points @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(mapped[..., :2] / mapped[..., 2:])

@@ -1,4 +1,7 @@
-"""A lens's radial and tangential distortion about the picture's middle (Brown 1971; theory page, eq. 2)."""
+"""A lens's radial and tangential distortion about the picture's middle (Brown 1971).
+
+docs/theory-calibration.md, Eq. (2).
+"""
 
 from dataclasses import dataclass
 

@@ -2,7 +2,7 @@
 
 A ray from the camera meets the outer face at the distance r from the camera's foot point on it. Inside, it
 goes on to r + t tan(theta'), with n sin(theta') = sin(theta) and tan(theta) = r / D
-(docs/theory-calibration.md, eq. 6).
+(docs/theory-calibration.md, Eq. (6)).
 """
 
 from dataclasses import dataclass

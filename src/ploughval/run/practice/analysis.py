@@ -136,7 +136,7 @@ def _benchmarks(scene: Scene, scale: float) -> list[Row]:
 
 
 def strain_rows(scene: Scene, found: Findings) -> list[Row]:
-    """Measures of strain and their gauges; docs/good-practice.md, Eqs 5 and 6."""
+    """Measures of strain and their gauges; docs/good-practice.md, Eqs (5) and (6)."""
     if Step.TRACKS not in scene.steps or found.calibration is None:
         return []
     scale, side, step = found.calibration.mm_per_px, side_px(scene), spacing_px(scene.piv)
