@@ -20,12 +20,12 @@ class ZeroLine:
 
     Attributes
     ----------
-    offset : (2, N) or (2, 1) float
+    offset : (2, N) or (2, 1) float, unit of the log
         To be taken off the readings.
     parts : tuple of (name, cov, weight, value)
         Covariances (2, 2) of the offsets, each with its factor: a number, or (N,) one a row; and the offset
         (2,) that was read for it, 0 where nothing was.
-    total : (2,) float
+    total : (2,) float, unit of the log
         Drift over the record that ``offset`` follows; 0 where it is constant.
     """
 

@@ -87,7 +87,7 @@ def force_from_readings(
 
     Parameters
     ----------
-    readings : (2, N) float
+    readings : (2, N) float, unit of the log
         Upper and lower cell, in the log's unit; NaN where not measured.
     rig : Rig
         The two cells.

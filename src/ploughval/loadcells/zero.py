@@ -18,11 +18,11 @@ class Zero:
 
     Attributes
     ----------
-    mean, mean_cov : (2,) and (2, 2) float64
+    mean, mean_cov : (2,) and (2, 2) float64, unit of the log (squared)
         The offsets and their covariance.
-    noise_cov : (2, 2) float64
+    noise_cov : (2, 2) float64, unit of the log squared
         Covariance of one sample.
-    drift, drift_cov : (2,) and (2, 2) float64
+    drift, drift_cov : (2,) and (2, 2) float64, unit of the log (squared)
         Change over the window and its covariance.
     rows : int
         Samples of the window.
@@ -60,7 +60,7 @@ def zero_of(time_s: Floats, cells: Floats) -> Zero | None:
     ----------
     time_s : (N,) float, s
         Strictly increasing.
-    cells : (2, N) float
+    cells : (2, N) float, unit of the log
         Upper and lower reading; columns with NaN are left out.
 
     Returns

@@ -53,8 +53,12 @@ class History:
         In order of displacement.
     end_reason : str
         Why the run ended: "displacement reached", or what stopped it.
+    depth_mm : float, mm
+        Depth of the blade.
     horizontal_share : float
         Cosine of wall friction plus inclination: load cells measure P times this.
+    law, marched : Law, March
+        The laws and the compiled march that surfaces and material points are read from.
     """
 
     force: pd.DataFrame

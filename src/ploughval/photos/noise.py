@@ -43,11 +43,11 @@ class NoiseCurve:
 
     Attributes
     ----------
-    grey : (K,) float
+    grey : (K,) float, grey levels
         Mean grey level of each class of pixels, increasing.
-    std : (K,) float
-        Standard deviation of the noise of one picture there, grey levels.
-    std_std : (K,) float
+    std : (K,) float, grey levels
+        Standard deviation of the noise of one picture there.
+    std_std : (K,) float, grey levels
         Standard uncertainty of `std`.
     count : (K,) int
         Pixels in each class.

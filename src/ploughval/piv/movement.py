@@ -26,7 +26,7 @@ class CameraMovement:
         Rotation, counter-clockwise as seen; NaN where not told. From sand it is not in ``linear``.
     zncc : float
         Median correlation of still sand with the first photograph; NaN where none was compared.
-    linear : (2, 2) float
+    linear : (2, 2) float, 1
         Turn and scale, from fixed markers; the identity without them.
     pivot_px : (2,) float
         Middle of the markers in the first photograph.

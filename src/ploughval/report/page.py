@@ -85,7 +85,20 @@ def write_report(
 
 
 def write_single(results: Path, progress: Progress = unheard) -> Path:
-    """Write the page of one result folder into it, for the run that holds the folder; returns its path."""
+    """Write the page of one result folder into it, for the run that holds the folder.
+
+    Parameters
+    ----------
+    results : Path
+        Result folder.
+    progress : callable
+        Hears of (stage, done, total).
+
+    Returns
+    -------
+    Path
+        The page.
+    """
     return _write_page(read_results(results), results / PAGE_NAME, progress)
 
 

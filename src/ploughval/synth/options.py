@@ -63,6 +63,7 @@ class SynthOptions:
 
     Attributes
     ----------
+    name : of the test
     seed : source of everything random
     frames : photographs, the first before motion, the last at ``displacement_mm``
     mm_per_px, direction : scale, and the way the blade travels in the photographs
@@ -232,11 +233,17 @@ def adapt(options: SynthOptions, *, soil: Mapping[str, float | None], **changes:
     **changes
         Values of :class:`SynthOptions` by name; a direction may be given as text.
 
+    Returns
+    -------
+    SynthOptions
+
     Raises
     ------
     ConfigError
         For values that cannot be.
 
+    Examples
+    --------
     >>> adapt(SynthOptions(), soil={"peak_friction_deg": 40.0}, seed=3, frames=None).soil.peak_friction_deg
     40.0
     """
@@ -268,6 +275,10 @@ def options_like(scene: Scene, base: SynthOptions) -> SynthOptions:
         Its blade, box, soil, layers, load cells, and the camera's scale and direction where it states them.
     base : SynthOptions
         Everything that a scene does not say: grains, noise, number of photographs.
+
+    Returns
+    -------
+    SynthOptions
 
     Raises
     ------

@@ -43,7 +43,7 @@ def place_points(sand: NDArray[np.bool_], calibration: Mapping, scene: Scene) ->
     ----------
     sand : (H, W) bool
         Sand in the first photograph.
-    calibration
+    calibration : Calibration
         Maps px to mm.
     scene : Scene
         Spacing, subset, layers and depth.

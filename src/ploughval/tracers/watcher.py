@@ -52,8 +52,8 @@ class Sight:
         Free surface ahead of the blade, in order of x; without the points that are hidden.
     surface_std_mm : (M,) float
         Standard deviation of its heights.
-    dyed : dict of float -> (K, 3) float
-        Initial height of a dyed layer, mm -> x, y, std, mm; rows of NaN at gaps.
+    dyed : dict of float -> (K, 3) float, mm
+        Initial height of a dyed layer -> x, y, std; rows of NaN at gaps.
     reasons : tuple of str
         What this photograph could not show, and why.
     looked : Looked or None
@@ -85,7 +85,7 @@ class Watcher(Changing):
     ----------
     scene : Scene
         With a [camera] table.
-    calibration
+    calibration : Calibration
         ``to_mm``, ``to_px`` and ``mm_per_px``.
     """
 

@@ -31,7 +31,7 @@ class Trend:
         Unit of the metric itself.
     tests : tuple of int
         Places of the tests that measured it.
-    depth_mm, values, stds, models : (n,) float
+    depth_mm, values, stds, models : (n,) float, mm and unit over scale
         Scaled metric of these tests; models NaN where nothing was predicted.
     measured, predicted : Line or None
         Straight lines over the logarithm of depth; the predicted one goes through the same tests with

@@ -26,7 +26,7 @@ class MeanHistory:
     tests : tuple of int
     scale : str
         What forces are divided by; "" where they are in N.
-    u_d : (N,) float
+    u_d : (N,) float, depths
         Travel that all tests have, in depths.
     forces : (K, N) float
     mean, std, stated_std : (N,) float
@@ -34,8 +34,8 @@ class MeanHistory:
     aligned : (K, N) float or None
         Histories, travel stretched so that switches coincide at their mean places; None without any.
     aligned_mean, aligned_std : (N,) float or None
-    switches_d : (K, S) float
-        Travel at the first S switches in depths, S the number that every test has.
+    switches_d : (K, S) float, depths
+        Travel at the first S switches, S the number that every test has.
     switch_counts : tuple of int
         Switches of each test.
     switches : tuple of Pooled

@@ -47,11 +47,11 @@ def fit_line(x: Floats, y: Floats, std: Floats | None) -> Line | None:
 
     Parameters
     ----------
-    x : (n,) float
+    x : (n,) float, any unit
         Known places.
-    y : (n,) float
+    y : (n,) float, any unit
         Values.
-    std : (n,) float or None
+    std : (n,) float or None, unit of y
         Their standard uncertainties; None, or with one that is NaN or 0: all weigh the same.
 
     Returns

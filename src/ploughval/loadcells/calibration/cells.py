@@ -41,7 +41,9 @@ class CellCalibrationResult:
         (known less fitted, also of points left out), ``used``, and the ``reason`` where it is not. Empty
         where constants were given, like the tables that follow.
     choice : DataFrame
-        The models and their AICc (choice.CHOICE_COLUMNS); model : str, the chosen one.
+        The models and their AICc (choice.CHOICE_COLUMNS).
+    model : str
+        The chosen one.
     quality : DataFrame
         quality.QUALITY_COLUMNS.
     condition : float

@@ -45,11 +45,11 @@ class SoilFit:
     ----------
     parameters : tuple of str
         Names as in [soil], units in the names.
-    values : (K,) float
+    values : (K,) float, units of the parameters
         Best values.
-    std : (K,) float
+    std : (K,) float, units of the parameters
         Half the length of the 68 % interval; infinite where that is open.
-    covariance : (K, K) float
+    covariance : (K, K) float, products of the units
         From ``std`` and the correlation at the best fit; infinite on the diagonal where the std is.
     interval_68, interval_95 : (K, 2) float
         Limits by profile likelihood; infinite where the record does not bound the parameter within the range

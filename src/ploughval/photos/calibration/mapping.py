@@ -35,7 +35,7 @@ class Calibration:
         How it was found, for the report.
     direction : Direction
         The way the blade travels in the photograph.
-    spread : (16, K) float
+    spread : (16, K) float, units of the parameters
         Changes of ``model.parameters`` by one standard deviation of K independent sources.
     std_px : float, px
         Standard uncertainty of a point's coordinate that ``spread`` stands for; NaN without points.

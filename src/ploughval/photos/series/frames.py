@@ -31,12 +31,16 @@ class FrameSeries:
         Frames that cannot be used and why, as found without decoding; :meth:`read` refuses them.
     notes : tuple of str
         What was found wrong that belongs to no frame (order, files left out).
+    pages : tuple of int
+        Which picture of its file each frame is; empty where every file holds one.
     missing : tuple of str
         Photographs that have a time but are not there.
     bits : int
         Bits of a sample as stored, 8 or 16.
     shots : tuple of Shot
         What EXIF says of camera, lens and exposure, one a frame; empty where it was not asked.
+    reader : Reader
+        Decodes the files, and keeps a video open.
     """
 
     paths: tuple[Path, ...]

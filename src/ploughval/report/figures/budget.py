@@ -12,9 +12,19 @@ LEAST_SHARE = 0.0005  # what is less is in the table alone
 
 
 def by_source(budget: pd.DataFrame) -> pd.DataFrame:
-    """Shares (columns source, share, arm_share) with those of the two cells and of all constants added up.
+    """Shares with those of the two cells and of all constants added up.
 
     What a source does to both cells at once cancels or adds in a result: alone, a cell's share says little.
+
+    Parameters
+    ----------
+    budget : DataFrame of BUDGET_COLUMNS
+        A row a source and cell.
+
+    Returns
+    -------
+    DataFrame
+        source, share, arm_share.
     """
     both = budget["source"].str.replace(
         r"^(calibration|cross-talk|second order).*$", "calibration", regex=True

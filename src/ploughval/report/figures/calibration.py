@@ -21,7 +21,15 @@ _BORDER = 0.08  # of the photograph, without numbers
 
 @dataclass(frozen=True, slots=True)
 class PictureMap:
-    """A quantity on a grid of pixels: x (M,), y (N,) px; values (N, M)."""
+    """A quantity on a grid of pixels.
+
+    Attributes
+    ----------
+    x_px, y_px : (M,) and (N,) float64, px
+        Columns and rows of the grid.
+    values : (N, M) float64, unit of the quantity
+        Of the quantity that is drawn.
+    """
 
     x_px: NDArray[np.float64]
     y_px: NDArray[np.float64]

@@ -65,6 +65,11 @@ def cell_calibration_alt(points: pd.DataFrame, quality: pd.DataFrame) -> str:
     ----------
     points, quality : DataFrame
         As for :func:`cell_calibration_figure`.
+
+    Returns
+    -------
+    str
+        A sentence a cell.
     """
     used = points[points["used"].to_numpy(bool)]
     parts = []

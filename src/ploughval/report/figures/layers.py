@@ -39,7 +39,15 @@ _BAND_DASH = (0, (6, 1.5, 1, 1.5))
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A photograph in world millimetres: (H, W) uint8, row 0 on top; extent x0, x1, y0, y1 in mm."""
+    """A photograph in world millimetres.
+
+    Attributes
+    ----------
+    grey : (H, W) uint8
+        Row 0 on top.
+    extent : tuple of float, mm
+        x0, x1, y0, y1.
+    """
 
     grey: NDArray[np.uint8]
     extent: Extent
@@ -49,7 +57,16 @@ class Picture:
 class Side:
     """What one panel shows at one stage, None where there is none.
 
-    Tables are cut to the stage; ``outcrops_mm`` (K, 2) are where the bands that slip then meet the surface.
+    Attributes
+    ----------
+    layers : DataFrame of LAYER_COLUMNS or None
+        Cut to the stage.
+    surface : DataFrame of SURFACE_COLUMNS or None
+        Cut to the stage.
+    outcrops_mm : (K, 2) float or None, mm
+        Where the bands that slip then meet the surface.
+    picture : Picture or None
+        The photograph behind them.
     """
 
     layers: pd.DataFrame | None = None

@@ -44,7 +44,15 @@ _PAPER = {
 
 @dataclass(frozen=True, slots=True)
 class PaperLook:
-    """Figures for a paper: their width, mm, and the size of their type, points, at that width."""
+    """Figures for a paper.
+
+    Attributes
+    ----------
+    width_mm : float, mm
+        Their width in print.
+    type_pt : float, points
+        Size of their type at that width.
+    """
 
     width_mm: float
     type_pt: float = 8.0
@@ -84,6 +92,10 @@ def paper_look(width_mm: float, *, type_pt: float = 8.0) -> Iterator[PaperLook]:
         Width of the figure in print, 60 to 400; below 120 panels stand below each other.
     type_pt : float, points
         Size of titles and labels at that width, 5 to 14; numbers and legends are one point smaller.
+
+    Yields
+    ------
+    PaperLook
 
     Raises
     ------

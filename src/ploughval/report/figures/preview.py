@@ -87,7 +87,13 @@ class Shown:
 
 @styled
 def preview_figure(shown: Shown) -> Figure:
-    """The first photograph with regions, points, layers, surface, tip, axes and calibration over it."""
+    """The first photograph with regions, points, layers, surface, tip, axes and calibration over it.
+
+    Parameters
+    ----------
+    shown : Shown
+        The photograph and what was found in it.
+    """
     grey = np.asarray(shown.image)
     height, width = grey.shape[:2]
     figure = new_figure(max(2.5, 9.0 * height / width + 1.4), width_in=9.0)

@@ -17,7 +17,19 @@ MOST_NAMES = 12  # in a legend; more would leave no room for the curves
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """One test's force histories and what they are divided by."""
+    """One test's force histories and what they are divided by.
+
+    Attributes
+    ----------
+    name : str
+        Of the test.
+    depth_mm, P0_N : float, mm and N
+        Divisors of the axes.
+    force : DataFrame of FORCE_COLUMNS or None
+        Measured history.
+    model : DataFrame of MODEL_FORCE_COLUMNS or None
+        Predicted history.
+    """
 
     name: str
     depth_mm: float

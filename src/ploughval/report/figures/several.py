@@ -158,6 +158,11 @@ def power_figure(trend: Trend) -> Figure:
     ----------
     trend : Trend
         With a power.
+
+    Raises
+    ------
+    ValueError
+        A trend without a power.
     """
     line = trend.power
     if line is None:

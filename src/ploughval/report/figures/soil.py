@@ -22,7 +22,15 @@ _SHOWN = (0.5, 99.5)  # percentiles of the measured values
 
 @dataclass(frozen=True, slots=True)
 class SofteningLine:
-    """Friction falling from a peak to a residual, degrees, over a length, mm."""
+    """Friction falling from a peak to a residual over a length of slip.
+
+    Attributes
+    ----------
+    peak_deg, residual_deg : float, degrees
+        Friction angles.
+    length_mm : float, mm
+        Mobilization length.
+    """
 
     peak_deg: float
     residual_deg: float

@@ -15,7 +15,15 @@ _MARGIN_IN = 0.45  # of a column, for numbers and label at its left
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Both sides of a test at a displacement of the blade, mm."""
+    """Both sides of a test at a displacement of the blade.
+
+    Attributes
+    ----------
+    u_mm : float, mm
+        The displacement.
+    predicted, measured : Side
+        What either side shows then.
+    """
 
     u_mm: float
     predicted: Side
