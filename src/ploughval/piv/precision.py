@@ -1,4 +1,4 @@
-"""Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang, Sutton et al. 2009).
+"""Standard deviation of a vector from image noise and texture (Cramer-Rao; cf. Wang et al. 2009).
 
 docs/theory-correlation.md, Eq. (5).
 """

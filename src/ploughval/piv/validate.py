@@ -104,7 +104,7 @@ def outliers(
     displacement : (N, 2) float, px
         NaN: not valid, neither tested nor used.
     threshold : float
-        Limit of the normalised residual (eq. 2 with the constant ``fluctuation_px``).
+        Limit of the normalised residual (with the constant ``fluctuation_px``).
     fluctuation_px : float, px
         Fluctuation that is always allowed.
     support : int

@@ -116,13 +116,13 @@ def _wordy(table: TableFile, name: str) -> TableFile:
 _FORCE_STATUS = "ok, or why force or line of action are missing"
 _CAMERA = "time of the photograph by the camera's clock"
 _OF_MODEL = {
-    "force_N": "force P of Eq. 1, along the resultant on the face, for the blade's whole width",
+    "force_N": "force P of the mechanism, along the resultant on the face, for the blade's whole width",
     "source": "model: predicted",
     "std_mm": "numerical standard uncertainty of the place",
     "beta_std_deg": "numerical standard uncertainty of the inclination",
     "outcrop_std_mm": "numerical standard uncertainty of the outcrop's place",
 }
-_P = "force P of Eq. 1, along the resultant on the face"
+_P = "force P of the mechanism, along the resultant on the face"
 _TABLES = (
     _table("force.csv", "The measured force.", "a row of the log", axes.FORCE_COLUMNS, status=_FORCE_STATUS),
     _table(

@@ -139,7 +139,8 @@ def respond(
 ) -> Response:
     """Effects of every source on the mobilised friction, to first order.
 
-    docs/theory-mobilised.md, Eq. (7) with the derivatives of its Eq. (6) and the bound of its Eq. (5).
+    docs/theory-mobilised.md, Eq. (7), with the derivatives and the bound of docs/theory-mobilised.md,
+    Eqs (5) and (6).
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ class BlockTrack:
     ``by_height``, ``by_outcrop`` and ``by_scale`` (2, N) are the derivatives of area and height, as in
     :class:`Block`.
     ``share`` (K, N) is that of each of K photographs in the block; ``bend_mm2`` (N,) what its area may differ
-    by between them, eq. (5).
+    by between them (docs/theory-mobilised.md, Eq. (5)).
     """
 
     outcrop_mm: Floats
@@ -93,7 +93,7 @@ def track_block(
     by = [carried(name) for name in ("by_level", "by_height", "by_outcrop", "by_scale")]
     between = np.diff(seen_mm, append=np.nan, prepend=np.nan)
     interval = float(np.nan_to_num(np.nanmedian(between))) if len(seen_mm) > 1 else 0.0
-    # the area's second derivative is that of what flows over the outcrop, tan beta at most, eq. (5)
+    # the area's second derivative is that of what flows over the outcrop, tan beta at most
     reach = outcrop_mm - u_mm
     bend = np.abs(height / reach) * 4 * (weights**2 * (1 - weights) ** 2).sum(axis=0) / 2 * interval**2
     face = np.array([b.face_mm for b in blocks]) @ weights

@@ -63,6 +63,8 @@ class Reading:
 class Mound:
     """The mound at one travel; a part that the surface does not show is NaN.
 
+    Standard uncertainties are those of docs/theory-comparison-lines.md, Eq. (7).
+
     Attributes
     ----------
     crest : Quantity

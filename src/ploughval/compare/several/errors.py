@@ -103,7 +103,10 @@ def _mean_error(name: str, known: dict[int, Value], records: Sequence[Record]) -
 
 
 def _input_std(stds: Sequence[float], sands: Sequence[Hashable]) -> float:
-    """Standard uncertainty of a plain mean: sums within a sand, squares between sands."""
+    """Standard uncertainty of a plain mean: sums within a sand, squares between sands.
+
+    docs/several-tests.md, Eq. (4).
+    """
     sums: dict[Hashable, float] = {}
     for std, sand in zip(stds, sands, strict=True):
         sums[sand] = sums.get(sand, 0.0) + std

@@ -58,7 +58,7 @@ def excess_variance(design: Floats, values: Floats, stated: Floats, target: floa
     """Variance that, added to the stated ones, brings the weighted sum of squares to a target.
 
     With the degrees of freedom as target it is Paule and Mandel's estimate; with quantiles of chi-square it
-    is an end of the interval of Viechtbauer (2007), "Q profile".
+    is an end of the interval of Viechtbauer (2007), "Q profile" (docs/several-tests.md, Eq. (3)).
 
     Parameters
     ----------

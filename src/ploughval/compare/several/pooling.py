@@ -131,6 +131,8 @@ def _weighted(x: Floats, u: Floats) -> Pooled:
 def std_interval(std: float, dof: int) -> tuple[float, float]:
     """95 % interval of a standard deviation with its degrees of freedom, for normal scatter.
 
+    docs/several-tests.md, Eq. (1).
+
     >>> [round(end, 3) for end in std_interval(1.0, 9)]
     [0.688, 1.826]
     """
@@ -140,7 +142,10 @@ def std_interval(std: float, dof: int) -> tuple[float, float]:
 
 
 def _against_stated(x: Floats, u: Floats) -> tuple[float, tuple[float, float, float]]:
-    """Chi-square about the weighted mean; excess variance: low end, estimate, high end."""
+    """Chi-square about the weighted mean; excess variance: low end, estimate, high end.
+
+    docs/several-tests.md, Eq. (2).
+    """
     ones, dof = np.ones((x.size, 1)), x.size - 1
     targets = (float(chdtri(dof, _TAIL)), float(dof), float(chdtri(dof, 1 - _TAIL)))
     low, middle, high = (excess_variance(ones, x, u, target) for target in targets)

@@ -19,7 +19,7 @@ FLOOR_PX = 0.004
 
 @dataclass(frozen=True, slots=True)
 class Similarity:
-    """now = pivot + linear (first - pivot) + shift.
+    """now = pivot + linear (first - pivot) + shift (docs/markers.md, Eq. (2)).
 
     Attributes
     ----------

@@ -43,7 +43,7 @@ class Rim:
 
 
 def rim_at(x: Floats, y: Floats, theta: Floats, kind: Kind) -> Rim:
-    """The model at pixels (P,) x, y for parameters (12,), or (13,) for a ring."""
+    """The model at pixels (P,) x, y for parameters (12,), or (13,) for a ring (docs/markers.md, Eq. (1))."""
     off, normal, unit = _distance(x - theta[CX], y - theta[CY], theta)
     bend = theta[BLUR] ** 2 / (2 * theta[RADIUS])
     share, by_off, by_blur, by_line = _PROFILES[kind](off + bend, theta)

@@ -78,7 +78,7 @@ def _still(tracks: xr.Dataset, rest: Rest | None) -> list[_Still]:
 
 
 def _displacement(scene: Scene, tracks: xr.Dataset, rest: Rest | None, found: Findings) -> list[Row]:
-    """Scatter and mean of the motion of points that rest."""
+    """Scatter and mean of the motion of points that rest (docs/good-practice.md, Eq. (7))."""
     assert found.calibration is not None
     scale, still = found.calibration.mm_per_px, _still(tracks, rest)
     items = ("Displacement along the travel", "Displacement upwards")
