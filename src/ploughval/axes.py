@@ -2,7 +2,7 @@
 
 World axes: x along the travel of the blade from its initial face, y up from the level of the
 blade's tip, both in mm. Image axes: x right, y down, pixel centres at integers, in px.
-:mod:`ploughval.photos.calibration` is the only place that converts one into the other.
+``ploughval.photos.calibration`` is the only place that converts one into the other.
 Angles are in degrees, measured from the horizontal, positive upwards ahead of the blade.
 Compression is negative in strains; forces on the blade are positive against its travel.
 """

@@ -23,7 +23,7 @@ def write_preview(found: "Preview", picture: Path | None = None) -> Path:
     Parameters
     ----------
     found : Preview
-        What :func:`ploughval.run.setup.preview.preview` saw; it must hold a photograph.
+        What ``ploughval.run.setup.preview.preview`` saw; it must hold a photograph.
     picture : path, optional
         PNG, SVG or PDF file; absent: a PNG in a new temporary folder, for the test folder is not changed.
 

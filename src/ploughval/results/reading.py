@@ -60,7 +60,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     folder : Path
         The result folder.
     name : str
-        The file, one of :data:`ploughval.results.catalogue.FILES`.
+        The file, one of ``FILES``.
 
     Returns
     -------

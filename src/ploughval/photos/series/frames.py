@@ -78,7 +78,7 @@ class FrameSeries:
         Raises
         ------
         DataError
-            A frame in :attr:`faults`, or a file that cannot be decoded in full.
+            A frame in ``faults``, or a file that cannot be decoded in full.
         """
         if not 0 <= frame < len(self):
             raise DataError(f"no such frame; the series holds 0 to {len(self) - 1}", frame=frame)
