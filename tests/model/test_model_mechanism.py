@@ -64,3 +64,25 @@ def test_closed_form_finds_what_a_plain_search_over_dense_nodes_finds(seed, wall
     assert force == pytest.approx(forces[best], rel=1e-6)  # nodes 2 um apart in 0.3 m
     assert force <= forces[best] * (1 + 1e-12)
     assert place == pytest.approx(dense[best], abs=0.1)
+
+
+def test_denominator_that_the_paper_prints_leaves_the_force_polygon_open():
+    # docs/theory-model.md, Eq. (4): what is missing vertically, per weight
+    beta, phi, wall = np.radians([18.0, 40.0, 15.0])
+    steep, printed = np.tan(beta + phi), np.tan(beta + wall)
+    force = steep / (np.cos(wall) - np.sin(wall) * printed)
+    reaction = force * np.cos(wall) / np.sin(beta + phi)
+    missing = reaction * np.cos(beta + phi) - force * np.sin(wall) - 1.0
+    expected = -np.sin(wall) * (steep - printed) / (np.cos(wall) - np.sin(wall) * printed)
+    assert missing == pytest.approx(expected, rel=1e-12)
+    assert missing < -0.1
+
+
+def test_denominator_that_the_paper_prints_makes_the_first_force_a_third_too_small():
+    beta = np.radians(np.linspace(5.0, 39.0, 200_001))
+    phi, wall = np.radians([50.0, 10.0])
+    weight = 0.5 * 16e-6 * 30.0**2 / np.tan(beta)
+    denominators = np.cos(wall) - np.sin(wall) * np.tan(beta + wall)
+    printed = 1000.0 * np.min(weight * np.tan(beta + phi) / denominators)
+    assert printed == pytest.approx(61.31, abs=0.01)
+    assert 1000.0 * initial_force(30.0, 16e-6, 50.0, 10.0) == pytest.approx(94.03, abs=0.01)
