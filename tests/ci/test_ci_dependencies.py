@@ -1,33 +1,19 @@
 """The scripts of CI that look at dependencies: what they let pass, what they stop, what was not done."""
 
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
-from pathlib import Path
-
 import pytest
 
-FOLDER = Path(__file__).parents[1] / ".ci"
 HOLE = {"id": "PYSEC-2026-1", "fix_versions": ["2.0"]}
 SKIPPED = {"name": "b", "skip_reason": "not found"}
 
 
-def loaded(name, monkeypatch):
-    monkeypatch.setattr("sys.dont_write_bytecode", True)
-    loader = SourceFileLoader(f"ci_{name}", str(FOLDER / name))
-    module = module_from_spec(spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    monkeypatch.setattr("sys.argv", [name])
-    return module
+@pytest.fixture
+def licences(script):
+    return script("licences")
 
 
 @pytest.fixture
-def licences(monkeypatch):
-    return loaded("licences", monkeypatch)
-
-
-@pytest.fixture
-def audit(monkeypatch):
-    return loaded("audit", monkeypatch)
+def audit(script):
+    return script("audit")
 
 
 def test_every_licence_at_run_time_is_printed_and_none_is_a_gpl(licences, capsys):
@@ -77,8 +63,8 @@ def test_an_audit_without_its_tool_says_that_it_was_not_done(audit, monkeypatch,
 
 
 @pytest.mark.parametrize(("name", "known"), [("licences", {"nptdms"}), ("audit", [])])
-def test_what_is_let_pass_has_a_reason(name, known, monkeypatch, tmp_path):
-    module = loaded(name, monkeypatch)
+def test_what_is_let_pass_has_a_reason(name, known, script, monkeypatch, tmp_path):
+    module = script(name)
     assert set(module.allowed()) == set(known)
     monkeypatch.setattr(module, "ALLOWED", tmp_path / "allowed.txt")
     module.ALLOWED.write_text("numpy\n")
