@@ -19,7 +19,7 @@ help:
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,tdms,cluster]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,raw,tdms,bayes,cluster]'
 	$(BIN)/python -m ploughval.run.warm
 	@touch $@
 
@@ -34,8 +34,8 @@ test: $(READY)
 	$(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 check: $(READY)
-	$(BIN)/ruff format --check docs src tests benchmarks
-	$(BIN)/ruff check docs src tests benchmarks
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(MAKE) test
@@ -58,8 +58,8 @@ bench: $(READY)
 	$(BIN)/ploughval bench
 
 format: $(READY)
-	$(BIN)/ruff format docs src tests benchmarks
-	$(BIN)/ruff check --fix docs src tests benchmarks
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
 
 clean:
 	rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
