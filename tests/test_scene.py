@@ -1,6 +1,5 @@
 """A test.toml is either a scene whose steps follow from it, or refused with all its faults at once."""
 
-import os
 
 import pytest
 from pydantic import ValidationError
@@ -306,21 +305,6 @@ def test_a_file_that_is_not_toml_is_refused_by_its_line(refused, data, place, to
     assert told in refused(data)[place]
 
 
-def test_a_folder_without_settings_is_told_how_to_get_them(tmp_path):
-    with pytest.raises(ConfigError, match=r"ploughval init"):
-        load_scene(tmp_path)
-    for absent in (tmp_path / "gone" / "test.toml", "a\0b"):
-        with pytest.raises(ConfigError):
-            load_scene(absent)
-
-
-def test_a_folder_that_is_not_there_is_not_said_to_want_a_test_toml_beside_it(tmp_path):
-    with pytest.raises(ConfigError, match="got nothing; expected a test folder") as caught:
-        load_scene(tmp_path / "d30-10")
-    assert "ploughval init" not in str(caught.value)
-    assert "Check the name" in str(caught.value)
-
-
 def test_models_made_in_code_refuse_conflicts_too():
     with pytest.raises(ValidationError, match="at most peak_friction_deg"):
         Soil(unit_weight_kN_m3=16.0, peak_friction_deg=30.0, residual_friction_deg=32.0)
@@ -364,33 +348,6 @@ def block(lines, start):
     """A table's header and its lines."""
     end = next((k for k in range(start + 1, len(lines)) if lines[k].startswith("[")), len(lines))
     return lines[start:end]
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("a." * 100_000 + "b = 1", "line 1: got"),
-        ("[blade]\n[" + '"a" . ' * 40 + "b]", "line 2: got"),
-        ("# " + "sand\n# " * 2_000_000, "holds 14 MB; expected at most 8.39 MB"),
-    ],
-)
-def test_a_text_that_would_take_the_parsers_memory_is_refused_before_it(tmp_path, text, told):
-    (tmp_path / "test.toml").write_text(text)
-    with pytest.raises(ConfigError, match=told):
-        load_scene(tmp_path)
-
-
-@pytest.mark.parametrize("made", ["pipe", "directory", "loop", "device"])
-def test_settings_that_are_no_file_are_refused_unopened(tmp_path, made):
-    path = tmp_path / "test.toml"
-    {
-        "pipe": lambda: os.mkfifo(path),
-        "directory": path.mkdir,
-        "loop": lambda: path.symlink_to("test.toml"),
-        "device": lambda: path.symlink_to("/dev/zero"),
-    }[made]()
-    with pytest.raises(ConfigError, match=r"test\.toml"):
-        load_scene(tmp_path)
 
 
 def test_a_link_out_of_the_folder_is_refused_and_one_within_is_followed(load, refused, tmp_path):

@@ -114,6 +114,37 @@ def metrics():
     }
 
 
+NOISE = {
+    "grey": [60.0, 120.0, 180.0],
+    "std": [1.5, 2.0, 2.4],
+    "std_std": [0.02, 0.01, 0.02],
+    "gain": 0.0293,
+    "floor": 0.5,
+    "misfit": 1.1,
+    "mean_grey": 130.0,
+    "std_at_mean_grey": 2.07,
+}
+CELLS = {
+    "zero_Nm": [0.137, -0.0799],
+    "zero_std_Nm": [0.0012, 0.0009],
+    "noise_std_Nm": [0.002, 0.002],
+    "noise_std_N": 0.019,
+    "mean_load": {"force_N": 12.3, "force_std_N": 0.05, "arm_mm": 10.1, "arm_std_mm": 0.8},
+    "drift_Nm": [0.0, 0.0],
+    "friction": {
+        "runs": 3,
+        "mean_N": 1.62,
+        "taken_off": "the mean: a run left out says <so>",
+        "pieces": 1,
+    },
+    "bandwidth_Hz": None,
+    "motion_starts_s": 10.02,
+    "contact_s": 10.9,
+    "contact_u_mm": 0.88,
+    "contact_std_mm": 0.021,
+}
+
+
 def run_record(u_mm, folder):
     frames = [
         dict(frame=k, file=f"f{k:03d}.png", time_s=10.0 + u, u_mm=u, status="ok", reason="")
@@ -141,35 +172,8 @@ def run_record(u_mm, folder):
             "compare",
         ],
         "frames": frames,
-        "noise": {
-            "grey": [60.0, 120.0, 180.0],
-            "std": [1.5, 2.0, 2.4],
-            "std_std": [0.02, 0.01, 0.02],
-            "gain": 0.0293,
-            "floor": 0.5,
-            "misfit": 1.1,
-            "mean_grey": 130.0,
-            "std_at_mean_grey": 2.07,
-        },
-        "loadcells": {
-            "zero_Nm": [0.137, -0.0799],
-            "zero_std_Nm": [0.0012, 0.0009],
-            "noise_std_Nm": [0.002, 0.002],
-            "noise_std_N": 0.019,
-            "mean_load": {"force_N": 12.3, "force_std_N": 0.05, "arm_mm": 10.1, "arm_std_mm": 0.8},
-            "drift_Nm": [0.0, 0.0],
-            "friction": {
-                "runs": 3,
-                "mean_N": 1.62,
-                "taken_off": "the mean: a run left out says <so>",
-                "pieces": 1,
-            },
-            "bandwidth_Hz": None,
-            "motion_starts_s": 10.02,
-            "contact_s": 10.9,
-            "contact_u_mm": 0.88,
-            "contact_std_mm": 0.021,
-        },
+        "noise": NOISE,
+        "loadcells": CELLS,
         "calibration": {
             "method": "scale and tip",
             "mm_per_px": 0.125,
