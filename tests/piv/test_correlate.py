@@ -1,3 +1,5 @@
+"""Vectors between two exact pictures: shift, stretch, turn and curvature are recovered, the rest refused."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Parts of pictures that are held in place of whole ones give the same fits."""
+
 import numpy as np
 import pytest
 

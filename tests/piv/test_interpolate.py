@@ -1,3 +1,5 @@
+"""Splines through every pixel, their prefilter, and slopes whose noise is known."""
+
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline

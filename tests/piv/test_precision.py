@@ -1,3 +1,5 @@
+"""Stated standard deviations cover the errors, and follow noise and texture."""
+
 import numpy as np
 import pytest
 

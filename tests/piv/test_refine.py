@@ -1,3 +1,5 @@
+"""Beside a shear band, and inside one, subsets do not average the two sides."""
+
 import numpy as np
 import pytest
 

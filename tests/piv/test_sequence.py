@@ -1,3 +1,5 @@
+"""Points through a series: followed past skipped and spoiled frames, and given up with a reason."""
+
 import cv2
 import numpy as np
 import pytest

@@ -1,3 +1,5 @@
+"""Movement of the camera, told by sand that stands still."""
+
 import numpy as np
 import pytest
 

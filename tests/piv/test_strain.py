@@ -1,3 +1,5 @@
+"""Strain of homogeneous motions by its named measures, and its noise floor."""
+
 import numpy as np
 import pytest
 

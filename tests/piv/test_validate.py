@@ -1,3 +1,5 @@
+"""Vectors that differ from their neighbours by more than noise are found, and no others."""
+
 import numpy as np
 
 from ploughval.piv.validate import neighbours_of, outliers

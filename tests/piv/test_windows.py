@@ -1,3 +1,5 @@
+"""Windows that follow sand past a sweeping band, or refuse."""
+
 import cv2
 import numpy as np
 import pytest
