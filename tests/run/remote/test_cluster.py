@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from broken.base import result_bytes
 from ploughval.errors import DataError, MissingExtraError
 from ploughval.run.kept.lock import locked, wait_for
 from ploughval.run.many.child import Task
@@ -107,11 +108,6 @@ def run(places, scheduler, **options):
     return results, stages
 
 
-def files_of(folder):
-    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-    return {n: (folder / n).read_bytes() for n in names if not n.startswith(".store") and n != "run.json"}
-
-
 def test_a_worker_that_is_killed_costs_the_rest_of_its_range_alone(tests, tmp_path):
     out = tmp_path / "out"
     with two_workers(tmp_path) as (address, workers):
@@ -123,7 +119,9 @@ def test_a_worker_that_is_killed_costs_the_rest_of_its_range_alone(tests, tmp_pa
     assert "bad/test.toml" in str(results.pop(1))
     for index, outcome in results.items():
         assert outcome.complete, outcome.faults
-        assert files_of(out / names[index]) == files_of(tests / "here" / names[index])
+        assert result_bytes(out / names[index], "run.json") == result_bytes(
+            tests / "here" / names[index], "run.json"
+        )
     assert [stage for stage in stages if stage[0] == 0] == [(0, "photographs", n, 8) for n in (3, 6, 8)]
     tracked = (tmp_path / "tracked").read_text().split()
     tried = KILLED_AT - (RANGES.first_frames - 1)  # frame 0 is no step
@@ -137,7 +135,7 @@ def test_urls_give_the_same_bytes_and_leave_no_copy(tests, cluster, tmp_path):
         [(f"file://{tests}/seen", f"file://{tmp_path}/out")], cluster.scheduler_address, pace=RANGES
     )
     assert results[0].results == f"file://{tmp_path}/out"
-    assert files_of(tmp_path / "out") == files_of(tests / "here" / "seen")
+    assert result_bytes(tmp_path / "out", "run.json") == result_bytes(tests / "here" / "seen", "run.json")
     scratch = Path(cluster.workers[0].local_directory)
     assert not list(scratch.glob("ploughval-*/*"))
 
@@ -155,7 +153,7 @@ def test_a_range_waits_for_a_worker_that_is_cut_off_and_still_at_work_on_it(
         monkeypatch.setattr("ploughval.run.remote.cluster_work.wait_for", ends_meanwhile)
         results, _ = run([(tests / "bare", tmp_path / "o")], cluster.scheduler_address)
     assert results[0].complete
-    assert files_of(tmp_path / "o") == files_of(tests / "here" / "bare")
+    assert result_bytes(tmp_path / "o", "run.json") == result_bytes(tests / "here" / "bare", "run.json")
 
 
 def test_a_copy_is_not_removed_where_a_range_is_worked_on_in_it(tmp_path):
