@@ -94,14 +94,14 @@ def test_nothing_is_cut_off_at_a_column(column, captions):
 
 def test_the_same_results_give_the_same_bytes(result_folder, column, tmp_path, monkeypatch):
     chosen = (figure_files.force_chapter, figure_files.layers_chapter)
-    monkeypatch.setattr(figure_files, "_FIGURED", chosen)
+    monkeypatch.setattr(figure_files, "FIGURED", chosen)
     for path in write_figures(result_folder, tmp_path, width_mm=84.0):
         if path.suffix in (".svg", ".png"):
             assert path.read_bytes() == column[path.name].read_bytes(), path.name
 
 
 def test_a_page_is_wider_than_a_column_with_type_of_the_same_size(result_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.mound_chapter, figure_files.force_chapter))
+    monkeypatch.setattr(figure_files, "FIGURED", (figure_files.mound_chapter, figure_files.force_chapter))
     sizes = {}
     for width in (90.0, 180.0):
         files = write_figures(result_folder, tmp_path / f"{width:g}", width_mm=width)
@@ -111,7 +111,7 @@ def test_a_page_is_wider_than_a_column_with_type_of_the_same_size(result_folder,
 
 
 def test_a_hostile_name_stays_text(make_results, tmp_path, monkeypatch):
-    monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.force_chapter,))
+    monkeypatch.setattr(figure_files, "FIGURED", (figure_files.force_chapter,))
     name = '</title><script>alert(1)</script> | `x` _y_ & \x00\x1b "z" $\\frac$\n# head'
     folder = make_results(tmp_path / "r", name=name)
     files = {path.name: path for path in write_figures(folder, tmp_path / "out")}
@@ -130,7 +130,7 @@ def test_several_tests_are_written_as_their_comparison(make_results, tmp_path):
 
 
 def test_only_named_files_are_touched(result_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.force_chapter,))
+    monkeypatch.setattr(figure_files, "FIGURED", (figure_files.force_chapter,))
     (tmp_path / "notes.txt").write_text("mine")
     files = write_figures(result_folder, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", *(path.name for path in files)}
@@ -164,7 +164,7 @@ def test_no_folder_at_all_is_refused(tmp_path):
 
 
 def test_the_command_writes_page_and_figures(result_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(figure_files, "_FIGURED", (figure_files.force_chapter,))
+    monkeypatch.setattr(figure_files, "FIGURED", (figure_files.force_chapter,))
     monkeypatch.setattr("ploughval.report.page.single_page", lambda *_: "page")
     asked = [
         "report",

@@ -33,7 +33,7 @@ from ploughval.run.kept.written import write_aside
 
 COLUMN_MM = 84.0
 FORMATS = ("svg", "png")
-_FIGURED: tuple[Callable[[Results, Pen], Chapter | None], ...] = (
+FIGURED: tuple[Callable[[Results, Pen], Chapter | None], ...] = (
     agreement_chapter,
     force_chapter,
     layers_chapter,
@@ -137,7 +137,7 @@ def _chapters(tests: Sequence[Results], pen: Pen) -> list[Chapter]:
     if len(tests) > 1:
         chapters: list[Chapter] = several_context(find_several(list(tests)), pen)["chapters"]
         return chapters
-    built = (chapter(tests[0], pen) for chapter in _FIGURED)
+    built = (chapter(tests[0], pen) for chapter in FIGURED)
     return [chapter for chapter in built if chapter is not None]
 
 

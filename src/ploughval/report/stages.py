@@ -1,5 +1,7 @@
 """The stages of a test that are shown, and the chapter that shows its layers at them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -32,8 +34,43 @@ MOST_FIELDS = 6  # a field is heavy; the layers show every stage
 
 
 def stage_frames(results: Results) -> list[int]:
-    """Frames nearest to equal steps of displacement, the last included, that show something."""
-    places = pd.concat(
+    """The frames that are to be shown, or those nearest to equal steps of displacement, the last included."""
+    if results.shown:
+        return list(results.shown)
+    places = _places(results)
+    places = places[places["u_mm"] > 0]
+    if places.empty:
+        return []
+    count = int(results.setting("report", "frames_shown") or 4)
+    wanted = float(places["u_mm"].max()) * np.arange(1, count + 1) / count
+    return sorted({_nearest(places, u) for u in wanted})
+
+
+def stage_near(results: Results, u_mm: float | None) -> Results:
+    """The results with the one stage shown that is nearest to a displacement; None: the last."""
+    return _with_stage(results, _places(results), u_mm)
+
+
+def increment_near(results: Results, u_mm: float | None) -> Results:
+    """The results with the one stage shown that has tracked points nearest to a displacement."""
+    return _with_stage(results, _track_frames(results), u_mm)
+
+
+def _with_stage(results: Results, places: pd.DataFrame, u_mm: float | None) -> Results:
+    known = places[places["u_mm"].notna()]
+    if known.empty:
+        return results
+    u = float(known["u_mm"].max()) if u_mm is None else u_mm
+    return replace(results, shown=(_nearest(known, u),))
+
+
+def _nearest(places: pd.DataFrame, u_mm: float) -> int:
+    return int(places["frame"].iloc[int(np.argmin(np.abs(places["u_mm"].to_numpy(float) - u_mm)))])
+
+
+def _places(results: Results) -> pd.DataFrame:
+    """Frames that show something, with their displacements."""
+    return pd.concat(
         [
             table.loc[table["u_mm"].notna() & table["x_mm"].notna(), ["frame", "u_mm"]]
             for table in (results.layers, results.model_layers, results.surface)
@@ -41,14 +78,6 @@ def stage_frames(results: Results) -> list[int]:
         ]
         or [_track_frames(results)]
     ).drop_duplicates("frame")
-    places = places[places["u_mm"] > 0]
-    if places.empty:
-        return []
-    count = int(results.setting("report", "frames_shown") or 4)
-    u = places["u_mm"].to_numpy(float)
-    wanted = u.max() * np.arange(1, count + 1) / count
-    nearest = {int(places["frame"].iloc[int(np.argmin(np.abs(u - place)))]) for place in wanted}
-    return sorted(nearest)
 
 
 def increments_shown(results: Results) -> list[tuple[int, int, int]]:

@@ -141,7 +141,20 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
     """The tables of metrics, and their errors in validation uncertainties."""
     if results.metrics is None or not results.metrics.metrics:
         return None
-    metrics = by_topic(results.metrics.metrics)
+    return Chapter(
+        key="agreement",
+        title="Agreement",
+        lead="E is model minus experiment; u_val gathers the standard uncertainties of experiment, "
+        "input and numerics. Where |E| is at most 2 u_val, model and experiment agree as far as can be told.",
+        drawings=agreement_drawings(by_topic(results.metrics.metrics), pen),
+        tables=agreement_tables(results),
+        notes=[text for text in results.metrics.warnings if text not in results.run.warnings],
+    )
+
+
+def agreement_tables(results: Results) -> list[Table]:
+    """The metrics, a table each for what they are about, and one of those that are not judged."""
+    metrics = by_topic({} if results.metrics is None else results.metrics.metrics)
     judged = {name: metric for name, metric in metrics.items() if metric.agrees is not None}
     others = {name: metric for name, metric in metrics.items() if metric.agrees is None}
     tables = [
@@ -154,15 +167,7 @@ def agreement_chapter(results: Results, pen: Pen) -> Chapter | None:
     ]
     if others:
         tables.append(_table("Metrics that are not judged", others, folded=bool(judged)))
-    return Chapter(
-        key="agreement",
-        title="Agreement",
-        lead="E is model minus experiment; u_val gathers the standard uncertainties of experiment, "
-        "input and numerics. Where |E| is at most 2 u_val, model and experiment agree as far as can be told.",
-        drawings=agreement_drawings(metrics, pen),
-        tables=tables,
-        notes=[text for text in results.metrics.warnings if text not in results.run.warnings],
-    )
+    return tables
 
 
 _FIRST_WORDS = (

@@ -4,7 +4,8 @@ The one reader of result folders: report, exports and what Python users hold rea
 """
 
 from ploughval.results.catalogue import FILES, VARIABLES, Column, TableFile, Variable
-from ploughval.results.folder import Results, horizontal_share, read_results, with_files
+from ploughval.results.datasets import table_dataset
+from ploughval.results.folder import Results, calibration_in, horizontal_share, read_results, with_files
 from ploughval.results.made import MADE, frames_table, metrics_table, notes_table, tracks_table
 from ploughval.results.reading import read_record, read_table, read_tracks
 from ploughval.results.records import (
@@ -37,6 +38,7 @@ __all__ = [
     "TableFile",
     "Text",
     "Variable",
+    "calibration_in",
     "frames_table",
     "horizontal_share",
     "metrics_table",
@@ -45,6 +47,7 @@ __all__ = [
     "read_results",
     "read_table",
     "read_tracks",
+    "table_dataset",
     "tracks_table",
     "with_files",
     "with_units",

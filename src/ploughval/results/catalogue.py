@@ -14,7 +14,7 @@ from ploughval.compare.mound.history import MOUND_COLUMNS
 from ploughval.compare.softening.table import SOFTENING_COLUMNS
 from ploughval.loadcells.calibration import CHOICE_COLUMNS, QUALITY_COLUMNS, RESULT_COLUMNS
 from ploughval.model.fit import result as fit
-from ploughval.results.meanings import MEANINGS, QUANTITIES, SIDES, TEXTS, UNITS_BY_NAME
+from ploughval.results.meanings import MEANINGS, QUANTITIES, SIDES, TEXTS, UNITS_BY_NAME, WHOLE
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,11 @@ class Column:
     def is_text(self) -> bool:
         """Whether it holds words."""
         return self.unit == ""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it holds whole numbers."""
+        return self.name in WHOLE and not self.is_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,31 +18,35 @@ from ploughval.results.records import MetricEntry, MetricsRecord, RunRecord
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """The files of one result folder; None where a file is not there."""
+    """The files of one result folder; None where a file is not there.
+
+    ``shown`` are the frames that figures of stages show; empty: as many as the settings ask for.
+    """
 
     folder: Path
     run: RunRecord
-    metrics: MetricsRecord | None
-    calibration: Calibration | None
-    force: pd.DataFrame | None
-    tracks: xr.Dataset | None
-    layers: pd.DataFrame | None
-    surface: pd.DataFrame | None
-    volume: pd.DataFrame | None
-    bands: pd.DataFrame | None
-    increments: pd.DataFrame | None
-    budget: pd.DataFrame | None
-    cell_calibration: pd.DataFrame | None
-    cell_models: pd.DataFrame | None
-    cell_quality: pd.DataFrame | None
-    mobilised: pd.DataFrame | None
-    blade: pd.DataFrame | None
-    peaks: pd.DataFrame | None
-    practice: pd.DataFrame | None
-    model_force: pd.DataFrame | None
-    model_layers: pd.DataFrame | None
-    model_bands: pd.DataFrame | None
-    model_surface: pd.DataFrame | None
+    metrics: MetricsRecord | None = None
+    calibration: Calibration | None = None
+    force: pd.DataFrame | None = None
+    tracks: xr.Dataset | None = None
+    layers: pd.DataFrame | None = None
+    surface: pd.DataFrame | None = None
+    volume: pd.DataFrame | None = None
+    bands: pd.DataFrame | None = None
+    increments: pd.DataFrame | None = None
+    budget: pd.DataFrame | None = None
+    cell_calibration: pd.DataFrame | None = None
+    cell_models: pd.DataFrame | None = None
+    cell_quality: pd.DataFrame | None = None
+    mobilised: pd.DataFrame | None = None
+    blade: pd.DataFrame | None = None
+    peaks: pd.DataFrame | None = None
+    practice: pd.DataFrame | None = None
+    model_force: pd.DataFrame | None = None
+    model_layers: pd.DataFrame | None = None
+    model_bands: pd.DataFrame | None = None
+    model_surface: pd.DataFrame | None = None
+    shown: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
@@ -136,7 +140,7 @@ def read_results(folder: Path | str) -> Results:
         folder=folder,
         run=run,
         metrics=read_record(folder / "metrics.json", MetricsRecord),
-        calibration=_calibration(folder / "calibration.json"),
+        calibration=calibration_in(folder),
         force=read_table(folder, "force.csv"),
         tracks=read_tracks(folder),
         layers=read_table(folder, "layers.csv"),
@@ -190,5 +194,17 @@ def with_files(folder: Path) -> Path:
     )
 
 
-def _calibration(path: Path) -> Calibration | None:
+def calibration_in(folder: Path) -> Calibration | None:
+    """The calibration of a result folder; None where it is not there.
+
+    Parameters
+    ----------
+    folder : Path
+        The result folder.
+
+    Returns
+    -------
+    Calibration or None
+    """
+    path = folder / "calibration.json"
     return read_calibration(path) if path.is_file() else None

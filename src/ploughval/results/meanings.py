@@ -188,6 +188,11 @@ TEXTS = frozenset(
 )  # fmt: skip
 """Columns of words; an empty cell of one is a word of no letters."""
 
+WHOLE = frozenset(
+    {"band", "beyond", "face_points", "frame", "left_out", "line", "parameters", "point", "points", "row"}
+)
+"""Columns of whole numbers."""
+
 QUANTITIES = MappingProxyType(
     {
         "u_mm": "travel at the switch",

@@ -91,7 +91,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     return table
 
 
-def _values(cells: pd.Series, column: Column, path: Path) -> object:
+def _values(cells: pd.Series, column: Column, path: Path) -> pd.Series:
     """The cells of a column as words or as numbers."""
     if column.is_text:
         return cells.astype("object").where(cells.notna(), "").astype(str)
@@ -102,7 +102,7 @@ def _values(cells: pd.Series, column: Column, path: Path) -> object:
         raise DataError(
             f"line {row + 2}, {column.name}: got {cells.iloc[row]!r}; expected a number. {REMEDY}", path=path
         )
-    return numbers
+    return pd.Series(numbers, index=cells.index)
 
 
 def read_tracks(folder: Path) -> xr.Dataset | None:

@@ -20,7 +20,8 @@ def with_units(table: pd.DataFrame, told: TableFile) -> pd.DataFrame:
     -------
     DataFrame
         ``attrs`` hold ``title`` (str), and as mappings from column ``units`` (text: "1" for plain numbers, ""
-        for words) and ``long_name`` (what it means). Frames are whole numbers.
+        for words) and ``long_name`` (what it means). Numbers of frames and of other
+        things that are counted are int64 where none is missing.
 
     >>> from ploughval.results import FILES
     >>> with_units(pd.DataFrame({"frame": [0.0], "x_mm": [1.5]}), FILES["surface.csv"]).attrs["units"]
@@ -28,8 +29,9 @@ def with_units(table: pd.DataFrame, told: TableFile) -> pd.DataFrame:
     """
     told_of = {column.name: column for column in told.columns if column.name in table}
     found = table.copy()
-    if "frame" in told_of and np.isfinite(found["frame"].to_numpy(np.float64)).all():
-        found["frame"] = found["frame"].astype(np.int64)
+    for name, column in told_of.items():
+        if column.is_whole and np.isfinite(found[name].to_numpy(np.float64)).all():
+            found[name] = found[name].astype(np.int64)
     found.attrs = {
         "title": told.about,
         "units": {name: column.unit for name, column in told_of.items()},
