@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ploughval import axes
 from ploughval.compare import metrics_mapping
@@ -27,7 +28,12 @@ from ploughval.run.walk.noise import noise_record
 from ploughval.run.walk.pattern import pattern_record
 from ploughval.scene import Scene
 
-MODEL_FILES = ("force", "bands", "layers", "surface")
+MODEL_FILES = {
+    "force": axes.MODEL_FORCE_COLUMNS,
+    "bands": axes.BAND_COLUMNS,
+    "layers": axes.LAYER_COLUMNS,
+    "surface": axes.SURFACE_COLUMNS,
+}
 MODEL_STAGES = 31  # displacements at which layers and surface are written where no photographs ask for them
 
 FILES = (
@@ -178,7 +184,7 @@ def _write_comparison(scene: Scene, writer: _Writer, found: Findings) -> None:
             writer.csv(f"{name}.csv", table, tuple(table.columns))
 
 
-def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any = ()) -> None:
+def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: ArrayLike = ()) -> None:
     """Write force.csv, bands.csv, layers.csv and surface.csv of a model run.
 
     Parameters
@@ -196,8 +202,27 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     with unwritable(folder):  # a disk that fills up must leave no tables of two runs
         for name in MODEL_FILES:
             (folder / f"{name}.csv").unlink(missing_ok=True)
-    write_csv(folder / "force.csv", history.force, axes.MODEL_FORCE_COLUMNS)
-    write_csv(folder / "bands.csv", history.bands, axes.BAND_COLUMNS)
+    for name, table in model_tables(scene, history, stages_mm).items():
+        write_csv(folder / f"{name}.csv", table, MODEL_FILES[name])
+
+
+def model_tables(scene: Scene, history: History, stages_mm: ArrayLike = ()) -> dict[str, pd.DataFrame]:
+    """A model run as the tables of MODEL_FILES.
+
+    Parameters
+    ----------
+    scene : Scene
+        Gives the heights of the tracer layers.
+    history : History
+        The run.
+    stages_mm : (F,) float, mm
+        As of :func:`write_model`.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        force, bands, layers, surface.
+    """
     end = float(history.force["u_mm"].iloc[-1])
     stages = np.asarray(stages_mm, float)
     if not np.isfinite(stages).any():
@@ -205,15 +230,19 @@ def write_model(scene: Scene, history: History, folder: Path, *, stages_mm: Any 
     frames = np.arange(len(stages))
     reached = np.isfinite(stages) & (stages <= end + 1e-9)
     heights = () if scene.tracers is None else scene.tracers.layers_mm
-    layers = history.layers(heights, np.clip(stages[reached], 0.0, end), frames[reached])
-    write_csv(folder / "layers.csv", layers, axes.LAYER_COLUMNS)
     lines = [
         pd.DataFrame({"frame": frame, "u_mm": u, "x_mm": line[:, 0], "y_mm": line[:, 1]})
         for frame, u in zip(frames[reached], stages[reached], strict=True)
         for line in [history.surface(min(max(u, 0.0), end))]
     ]
-    surface = pd.concat(lines, ignore_index=True) if lines else pd.DataFrame(columns=axes.SURFACE_COLUMNS)
-    write_csv(folder / "surface.csv", surface, axes.SURFACE_COLUMNS)
+    return {
+        "force": history.force,
+        "bands": history.bands,
+        "layers": history.layers(heights, np.clip(stages[reached], 0.0, end), frames[reached]),
+        "surface": pd.concat(lines, ignore_index=True)
+        if lines
+        else pd.DataFrame(columns=axes.SURFACE_COLUMNS),
+    }
 
 
 def results_of(folder: Path) -> Path:

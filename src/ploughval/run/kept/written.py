@@ -78,21 +78,32 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON with sorted keys; NaN and infinity become null, for JSON has neither."""
-    write_text(path, json.dumps(_plain(value), indent=1, sort_keys=True, allow_nan=False) + "\n")
+    """Write JSON with sorted keys; see :func:`json_text`."""
+    write_text(path, json_text(value))
+
+
+def json_text(value: Any) -> str:
+    """JSON with sorted keys; NaN and infinity become null, for JSON has neither."""
+    return json.dumps(_plain(value), indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
 def write_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
-    """Write the named columns of a table; NaN becomes an empty cell, floats keep 9 digits.
+    """Write the named columns of a table; see :func:`put_csv`."""
+    write_aside(path, lambda aside: put_csv(aside, table, columns))
+
+
+def put_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
+    """Fill a file with the named columns of a table; NaN becomes an empty cell, floats keep 9 digits.
 
     Nine significant digits are a nanometre in a metre: below any noise, and the same on every machine.
+
+    Raises
+    ------
+    OSError
+        When the disk refuses.
     """
-
-    def write(aside: Path) -> None:  # part by part: as one text, a log of hours would fill the memory
-        with aside.open("w", encoding="utf-8", newline="") as file:
-            table.to_csv(file, columns=list(columns), index=False, float_format="%.9g", lineterminator="\n")
-
-    write_aside(path, write)
+    with path.open("w", encoding="utf-8", newline="") as file:  # part by part: a log of hours is large
+        table.to_csv(file, columns=list(columns), index=False, float_format="%.9g", lineterminator="\n")
 
 
 def _plain(value: Any) -> Any:
