@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ploughval.cli_export import export
 from ploughval.cli_options import Debug, Folder, Json, Version, Workers
 from ploughval.outcomes import Outcomes, outcome_row
 from ploughval.run.many.machine import processors
@@ -253,6 +254,9 @@ def report(
                     files = write_figures(results, figures, width_mm=width)
                 talk.summary["figures"] = [str(file) for file in files]
                 talk.say(f"figures: {len(files)} files in {figures}")
+
+
+app.command()(export)
 
 
 @app.command()
