@@ -32,6 +32,7 @@ extensions = [
     "citations",
     "own_host",
     "open_pages",
+    "public_names",
 ]
 nitpicky = True
 smartquotes = False

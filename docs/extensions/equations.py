@@ -16,6 +16,7 @@ from sphinx.util import logging
 _LOG = logging.getLogger(__name__)
 _TAG = re.compile(r"\s*\\tag\{([^{}]+)\}")
 _FUNCTION = re.compile(r"<(m[io])>([a-z]{2,})</\1>(?=(<mo stretchy=\"false\">&#x00028;)?)")
+_OPENED = re.compile(r"(?:<mrow>|<mtd[^>]*>|(?<!&#x00029;)(?<![)\]|])</mo>)(?:<m\w+>)*\Z")
 _PAIRS = ((r"(?<!\\)\{", r"(?<!\\)\}"), (r"\\left\b", r"\\right\b"), (r"\\begin\b", r"\\end\b"))
 _UNKNOWN = re.compile(r"\\[A-Za-z]+")
 
@@ -70,8 +71,9 @@ def mathml(tex: str, *, block: bool) -> str:
 
 
 def _spaced(function: re.Match[str]) -> str:
+    before = "0" if _OPENED.search(function.string, 0, function.start()) else "0.17em"
     after = "0" if function[3] else "0.17em"
-    return f'<mo form="prefix" lspace="0.17em" rspace="{after}">{function[2]}</mo>'
+    return f'<mo form="prefix" lspace="{before}" rspace="{after}">{function[2]}</mo>'
 
 
 def _written(translator: Any, node: nodes.Element, *, block: bool) -> str:

@@ -4,6 +4,7 @@ import importlib
 import pkgutil
 from typing import Any
 
+from numpydoc.xref import DEFAULT_LINKS
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -30,6 +31,7 @@ def _missing(app: Sphinx, env: Any) -> None:
 
 def _link_types(_app: Sphinx, config: Any) -> None:
     """Let numpydoc link the types that parameters and results are said to have."""
+    DEFAULT_LINKS.clear()  # they lead to other sites
     config.numpydoc_xref_param_type = True
     config.numpydoc_xref_ignore = "all"
     config.numpydoc_xref_aliases = {name.rpartition(".")[2]: name for name in public_names()}

@@ -72,9 +72,10 @@ def test_tex_becomes_mathml_without_its_tag(extension):
 
 
 def test_names_of_functions_stand_apart_from_what_they_are_applied_to(extension):
-    markup = extension("equations").mathml(r"P \cos\varphi + \sin(x)", block=False)
+    markup = extension("equations").mathml(r"P \cos\varphi + \sin(x) \tan y", block=False)
     assert 'lspace="0.17em" rspace="0.17em">cos</mo>' in markup
-    assert 'lspace="0.17em" rspace="0">sin</mo>' in markup
+    assert 'lspace="0" rspace="0">sin</mo>' in markup
+    assert 'lspace="0.17em" rspace="0.17em">tan</mo>' in markup
 
 
 @pytest.mark.parametrize("tex", [r"\nosuchthing x", r"\frac{1}{2", r"\left( x"])
