@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from ploughval.errors import ConfigError, Fault
-from ploughval.run.many import workers as workers_module
+from ploughval.run import workers as workers_module
 from ploughval.run.many.pool import Hearers
 from ploughval.run.workers import Share, run_all, share_of
 
