@@ -15,7 +15,7 @@ from ploughval.report.figures.force import thin
 from ploughval.report.figures.series import History
 from ploughval.report.figures.style import THEMED, to_svg
 from ploughval.report.grey import eight_bit
-from ploughval.report.photographs import world_picture
+from ploughval.report.photographs import WorldGrid, shrunk
 from ploughval.report.stages import outcrops, stage_frames, view
 from ploughval.results import read_results
 
@@ -237,7 +237,7 @@ class Turned:
         return self.origin + np.asarray(mm) @ self.matrix.T
 
 
-def test_world_picture_undoes_mirror_and_turn():
+def test_a_picture_of_the_world_undoes_mirror_and_turn():
     # Greys are linear in world x, so every pixel of the picture must hold its own x (rounding: half a level
     # from the 8-bit source, half from the resampled result).
     calibration = Turned()
@@ -245,7 +245,8 @@ def test_world_picture_undoes_mirror_and_turn():
     world = (np.stack([columns, rows], axis=-1) - calibration.origin) @ np.linalg.inv(calibration.matrix).T
     image = np.round(60 + world[..., 0]).astype(np.uint8)
     extent = (5.0, 55.0, 2.0, 32.0)
-    picture = world_picture(image, calibration, extent, width=200)
+    grid = WorldGrid.of(calibration, image.shape, extent, 200)
+    picture = grid.picture(shrunk(eight_bit(image), grid.factor))
     low, high = np.percentile(image[::4, ::4], (0.5, 99.5))
     x = 5.0 + (np.arange(200) + 0.5) * 50.0 / 200
     expected = np.clip((60 + x - low) / (high - low), 0, 1) * 255
@@ -253,13 +254,14 @@ def test_world_picture_undoes_mirror_and_turn():
     assert np.abs(picture.grey - expected).max() <= 255 / (high - low) + 2
 
 
-def test_world_picture_is_cut_to_what_the_photograph_shows():
+def test_a_picture_of_the_world_is_cut_to_what_the_photograph_shows():
     class Plain:
         def to_px(self, mm):
             return np.asarray(mm) * [10.0, -10.0] + [99.5, 299.5]
 
     # The photograph holds x from -10 to 30 mm and y from -10 to 30 mm.
-    picture = world_picture(np.full((400, 400), 90, np.uint8), Plain(), (-20.0, 60.0, -20.0, 60.0), width=80)
+    grid = WorldGrid.of(Plain(), (400, 400), (-20.0, 60.0, -20.0, 60.0), 80)
+    picture = grid.picture(shrunk(np.full((400, 400), 90, np.uint8), grid.factor))
     assert picture.extent == pytest.approx((-10.0, 30.0, -10.0, 30.0))
     assert picture.grey.shape == (40, 40)
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 from ploughval.errors import DataError, PloughvalError
 from ploughval.report.figures.layers import Extent, Picture
-from ploughval.report.grey import TAILS, Grey, ToPixels, eight_bit, stretched
+from ploughval.report.grey import TAILS, Grey, ToPixels, stretched
 from ploughval.results import Results
 from ploughval.scene import load_scene
 
@@ -88,24 +88,6 @@ def _inside(px: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_
     x, y = px[..., 0], px[..., 1]
     inside: NDArray[np.bool_] = (x >= -0.5) & (x <= shape[1] - 0.5) & (y >= -0.5) & (y <= shape[0] - 0.5)
     return inside
-
-
-def world_picture(image: Grey, calibration: ToPixels, extent: Extent, *, width: int = 900) -> Picture:
-    """A photograph resampled onto an upright grid of the world, its greys stretched.
-
-    Parameters
-    ----------
-    image : (H, W) uint8 or uint16
-        The photograph.
-    calibration : Calibration
-        Only its ``to_px`` is used; it may mirror, turn or warp.
-    extent : tuple of float, mm
-        x0, x1, y0, y1: part of the world that is shown.
-    width : int
-        Pixels across; the height follows with square pixels.
-    """
-    grid = WorldGrid.of(calibration, image.shape, extent, width)
-    return grid.picture(shrunk(eight_bit(image), grid.factor))
 
 
 def shrunk(image: Grey, factor: int) -> Grey:

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ploughval.loadcells.logs.checks import check_table, dropouts, saturated
+from ploughval.loadcells.logs.value_faults import dropouts, saturated
 
 
 def record(rows=4000, seed=0):
@@ -17,7 +17,7 @@ def record(rows=4000, seed=0):
     return pd.DataFrame({"time_s": t, "displacement_mm": u, "moment_upper": upper, "moment_lower": lower})
 
 
-def test_a_clean_record_passes_unchanged():
+def test_a_clean_record_passes_unchanged(check_table):
     table = record()
     checked, faults = check_table(table)
     assert faults == []
@@ -25,7 +25,7 @@ def test_a_clean_record_passes_unchanged():
     assert (checked["status"] == "ok").all()
 
 
-def test_non_finite_values_are_named_and_left_empty():
+def test_non_finite_values_are_named_and_left_empty(check_table):
     table = record()
     table.loc[[5, 900], "moment_lower"] = [np.inf, np.nan]
     checked, faults = check_table(table)
@@ -35,7 +35,7 @@ def test_non_finite_values_are_named_and_left_empty():
     assert checked["moment_upper"].notna().all()
 
 
-def test_rows_without_a_time_are_dropped():
+def test_rows_without_a_time_are_dropped(check_table):
     table = record()
     table.loc[7, "time_s"] = np.nan
     checked, faults = check_table(table)
@@ -43,7 +43,7 @@ def test_rows_without_a_time_are_dropped():
     assert "row 7 without a time" in faults[0]
 
 
-def test_rows_out_of_order_are_sorted_back():
+def test_rows_out_of_order_are_sorted_back(check_table):
     table = record()
     mixed = table.iloc[[*range(1000), 1001, 1000, *range(1002, 4000)]].reset_index(drop=True)
     checked, faults = check_table(mixed)
@@ -51,7 +51,7 @@ def test_rows_out_of_order_are_sorted_back():
     pd.testing.assert_frame_equal(checked[table.columns], table)
 
 
-def test_the_first_of_doubled_times_is_kept():
+def test_the_first_of_doubled_times_is_kept(check_table):
     table = record()
     doubled = pd.concat([table.iloc[:51], table.iloc[50:]], ignore_index=True)
     checked, faults = check_table(doubled)
@@ -59,7 +59,7 @@ def test_the_first_of_doubled_times_is_kept():
     pd.testing.assert_frame_equal(checked[table.columns], table)
 
 
-def test_a_clock_put_back_goes_on_one_step_later():
+def test_a_clock_put_back_goes_on_one_step_later(check_table):
     table = record()
     jumped = table.copy()
     jumped.loc[2000:, "time_s"] -= 12.5
@@ -68,7 +68,7 @@ def test_a_clock_put_back_goes_on_one_step_later():
     np.testing.assert_allclose(checked["time_s"], table["time_s"], atol=1e-9)
 
 
-def test_a_clock_put_on_while_the_blade_moves_is_taken_out():
+def test_a_clock_put_on_while_the_blade_moves_is_taken_out(check_table):
     table = record()
     jumped = table.copy()
     jumped.loc[2000:, "time_s"] += 3.0
@@ -77,7 +77,7 @@ def test_a_clock_put_on_while_the_blade_moves_is_taken_out():
     np.testing.assert_allclose(checked["time_s"], table["time_s"], atol=1e-9)
 
 
-def test_a_gap_keeps_its_time_and_gets_one_empty_row():
+def test_a_gap_keeps_its_time_and_gets_one_empty_row(check_table):
     table = record().drop(index=range(2000, 2200)).reset_index(drop=True)
     checked, faults = check_table(table)
     assert "1 gap in time before row 2000, the longest 2.01 s" in faults[0]
@@ -88,7 +88,7 @@ def test_a_gap_keeps_its_time_and_gets_one_empty_row():
     assert len(checked) == len(table) + 1
 
 
-def test_a_single_time_that_leaps_loses_its_row():
+def test_a_single_time_that_leaps_loses_its_row(check_table):
     table = record()
     table.loc[300, "time_s"] = 1e6
     checked, faults = check_table(table)
@@ -109,7 +109,7 @@ def test_a_step_that_stays_is_no_dropout():
     assert not dropouts(values).any()
 
 
-def test_clipped_moments_are_saturated():
+def test_clipped_moments_are_saturated(check_table):
     table = record()
     true = table["moment_upper"].to_numpy().copy()
     table["moment_upper"] = np.minimum(true, 6.9)

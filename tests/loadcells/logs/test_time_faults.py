@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ploughval.loadcells.logs.checks import check_table
 from ploughval.loadcells.logs.time_faults import gap_places
 
 NAMES = ["time_s", "displacement_mm", "moment_upper", "moment_lower"]
@@ -31,7 +30,7 @@ def check_same(found, table, atol=0.0):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_shuffled_rows_are_sorted_back(seed):
+def test_shuffled_rows_are_sorted_back(seed, check_table):
     table = record()
     order = np.random.default_rng(seed).permutation(len(table))
     found, faults = check_table(table.iloc[order].reset_index(drop=True))
@@ -41,7 +40,7 @@ def test_shuffled_rows_are_sorted_back(seed):
 
 
 @pytest.mark.parametrize("size", [5, 25, 100, 1000])
-def test_blocks_written_in_the_wrong_order_are_sorted_back(size):
+def test_blocks_written_in_the_wrong_order_are_sorted_back(size, check_table):
     table = record()
     order = np.arange(len(table)).reshape(-1, size)
     order[[1, 2]] = order[[2, 1]]
@@ -52,7 +51,7 @@ def test_blocks_written_in_the_wrong_order_are_sorted_back(size):
 
 
 @pytest.mark.parametrize("size", [1, 30, 800])
-def test_a_block_written_twice_is_dropped_once(size):
+def test_a_block_written_twice_is_dropped_once(size, check_table):
     table = record()
     order = [*range(1500 + size), *range(1500, 4000)]
     found, faults = check_table(table.iloc[order].reset_index(drop=True))
@@ -63,7 +62,7 @@ def test_a_block_written_twice_is_dropped_once(size):
 
 @pytest.mark.parametrize("back", [0.5, 12.5, 1000.0])
 @pytest.mark.parametrize("places", [[2000], [1200, 2500, 3100]])
-def test_a_clock_put_back_is_found_at_its_row(back, places):
+def test_a_clock_put_back_is_found_at_its_row(back, places, check_table):
     table = record()
     jumped = table.copy()
     for place in places:
@@ -76,7 +75,7 @@ def test_a_clock_put_back_is_found_at_its_row(back, places):
     assert len(faults) == len(places)
 
 
-def test_a_clock_that_starts_anew_goes_on():
+def test_a_clock_that_starts_anew_goes_on(check_table):
     table = record()
     jumped = table.copy()
     jumped.loc[2500:, "time_s"] -= 25.0
@@ -87,7 +86,7 @@ def test_a_clock_that_starts_anew_goes_on():
 
 @pytest.mark.parametrize("rows", [[1500], [1500, 1501, 1502], [3999]])
 @pytest.mark.parametrize("leap", [1e6, 77.7])
-def test_times_that_leap_ahead_lose_their_rows_alone(rows, leap):
+def test_times_that_leap_ahead_lose_their_rows_alone(rows, leap, check_table):
     table = record()
     table.loc[rows, "time_s"] += leap
     found, faults = check_table(table)
@@ -100,7 +99,7 @@ def test_times_that_leap_ahead_lose_their_rows_alone(rows, leap):
     assert "time leaps away and back" in faults[0]
 
 
-def test_a_time_that_falls_back_alone_loses_its_row():
+def test_a_time_that_falls_back_alone_loses_its_row(check_table):
     table = record()
     table.loc[1500, "time_s"] = 0.0037
     found, faults = check_table(table)
@@ -108,7 +107,7 @@ def test_a_time_that_falls_back_alone_loses_its_row():
     assert faults == ["time leaps away and back in row 1500: dropped"]
 
 
-def test_a_late_row_of_an_irregular_log_is_sorted_not_dropped():
+def test_a_late_row_of_an_irregular_log_is_sorted_not_dropped(check_table):
     rng = np.random.default_rng(7)
     table = record(times=np.cumsum(rng.choice([0.01, 0.02, 0.03], 2000)))
     order = np.arange(2000)
@@ -120,14 +119,14 @@ def test_a_late_row_of_an_irregular_log_is_sorted_not_dropped():
     assert "out of order" in faults[0]
 
 
-def test_a_first_row_with_a_time_of_another_age_is_dropped():
+def test_a_first_row_with_a_time_of_another_age_is_dropped(check_table):
     table = record()
     table.loc[0, "time_s"] = 1e6
     found, _ = check_table(table)
     check_same(found, table.drop(index=0))
 
 
-def test_a_gap_in_which_the_blade_went_on_keeps_the_clock():
+def test_a_gap_in_which_the_blade_went_on_keeps_the_clock(check_table):
     table = record()
     found, faults = check_table(table.drop(index=range(2000, 2500)).reset_index(drop=True))
     assert len(faults) == 1
@@ -135,7 +134,7 @@ def test_a_gap_in_which_the_blade_went_on_keeps_the_clock():
     assert found["time_s"].iloc[-1] == 39.99
 
 
-def test_a_log_that_changes_its_rate_has_no_gaps():
+def test_a_log_that_changes_its_rate_has_no_gaps(check_table):
     slow, fast = np.arange(0, 10.0, 1.0), 10 + np.arange(3000) * 0.01
     table = record(times=np.concatenate([slow, fast, fast[-1] + np.arange(1, 20)]))
     found, faults = check_table(table)
@@ -143,7 +142,7 @@ def test_a_log_that_changes_its_rate_has_no_gaps():
     assert faults == []
 
 
-def test_a_lone_row_between_two_gaps_is_between_two_gaps():
+def test_a_lone_row_between_two_gaps_is_between_two_gaps(check_table):
     keep = [*range(2000), 2300, *range(2600, 4000)]
     found, faults = check_table(record().iloc[keep].reset_index(drop=True))
     assert "2 gaps in time before rows 2000, 2001" in faults[0]
@@ -158,7 +157,7 @@ def test_irregular_sampling_has_no_gaps_and_a_gap_in_it_is_found():
     assert gap_places(np.cumsum(steps)).tolist() == [3000]
 
 
-def test_a_clock_coarser_than_the_rows_is_told_what_to_do():
+def test_a_clock_coarser_than_the_rows_is_told_what_to_do(check_table):
     table = record()
     table["time_s"] = np.floor(table["time_s"])
     _, faults = check_table(table)
@@ -167,7 +166,7 @@ def test_a_clock_coarser_than_the_rows_is_told_what_to_do():
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32), st.integers(1, 6))
-def test_any_mixture_of_faults_ends_in_increasing_times_of_rows_that_were_there(seed, count):
+def test_any_mixture_of_faults_ends_in_increasing_times_of_rows_that_were_there(check_table, seed, count):
     rng = np.random.default_rng(seed)
     table = record(1200, seed % 7)
     for _ in range(count):
@@ -195,7 +194,7 @@ def test_any_mixture_of_faults_ends_in_increasing_times_of_rows_that_were_there(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shuffled", "pairs", "jumps", "blocks"])
-def test_the_cost_of_a_spoiled_clock_is_not_that_of_all_pairs_of_rows(kind):
+def test_the_cost_of_a_spoiled_clock_is_not_that_of_all_pairs_of_rows(kind, check_table):
     """Ten times the rows with at most 30 times the calls (blocks in any order: 21), not a hundred times."""
 
     def calls(rows):

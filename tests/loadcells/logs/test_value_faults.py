@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ploughval.loadcells.logs.checks import check_table
 from ploughval.loadcells.logs.value_faults import dropouts, not_finite, saturated, spikes, stuck
 
 
@@ -31,7 +30,7 @@ def table(**options):
 @pytest.mark.parametrize("rate_hz", [2.0, 10.0, 50.0, 1000.0])
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.1])
 @pytest.mark.parametrize("drop_rows", [1, 3])
-def test_sudden_drops_of_the_force_are_no_faults(rate_hz, noise, drop_rows):
+def test_sudden_drops_of_the_force_are_no_faults(rate_hz, noise, drop_rows, check_table):
     _, faults = check_table(table(rate_hz=rate_hz, noise=noise, drop_rows=drop_rows))
     assert faults == []
 
@@ -76,7 +75,7 @@ def test_a_pulse_that_rises_over_several_rows_is_a_load():
     assert not spikes(values).any()
 
 
-def test_spikes_are_left_empty_with_their_status():
+def test_spikes_are_left_empty_with_their_status(check_table):
     made = table()
     made.loc[1500:1503, "moment_lower"] += 1.0
     found, faults = check_table(made)
@@ -86,7 +85,7 @@ def test_spikes_are_left_empty_with_their_status():
     assert found["moment_upper"].notna().all()
 
 
-def test_a_cell_that_stands_still_as_the_other_moves_is_found():
+def test_a_cell_that_stands_still_as_the_other_moves_is_found(check_table):
     made = table()
     made.loc[2000:2060, "moment_upper"] = made["moment_upper"][2000]
     found, faults = check_table(made)
@@ -96,7 +95,7 @@ def test_a_cell_that_stands_still_as_the_other_moves_is_found():
     assert np.flatnonzero(found["status"] == "stuck").tolist() == list(range(2000, 2061))
 
 
-def test_a_cell_that_stands_still_through_the_whole_log_is_found():
+def test_a_cell_that_stands_still_through_the_whole_log_is_found(check_table):
     made = table()
     made["moment_lower"] = 0.25
     found, faults = check_table(made)
@@ -152,7 +151,7 @@ def test_numbers_too_large_to_be_readings_are_not_finite():
 
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 299), st.floats(allow_nan=True)), max_size=40), st.integers(0, 5))
-def test_any_values_pass_or_are_left_empty_with_a_reason(changes, seed):
+def test_any_values_pass_or_are_left_empty_with_a_reason(check_table, changes, seed):
     made = table(rate_hz=2.0, seed=seed)[:300].reset_index(drop=True).iloc[:260]
     for place, value in changes:
         made.loc[place % 260, ["displacement_mm", "moment_upper", "moment_lower"][place % 3]] = value

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ploughval.axes import ForceStatus
-from ploughval.loadcells.logs.names import TABLE_COLUMNS, VALUE_COLUMNS
+from ploughval.loadcells.logs.names import VALUE_COLUMNS
 from ploughval.loadcells.logs.rows import FileRows, name_rows
 from ploughval.loadcells.logs.time_faults import Rows, gap_places, order_times, take_out_jumps_on
 from ploughval.loadcells.logs.value_faults import dropouts, not_finite, saturated, scale_of, spikes, stuck
@@ -16,23 +16,6 @@ from ploughval.loadcells.motion import find_motion
 
 STATUSES = tuple(ForceStatus)
 _CODE = {status: np.int8(k) for k, status in enumerate(STATUSES)}
-
-
-def check_table(table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """Put a raw log in order and mark what cannot be used: see :func:`check_columns`; the table is kept.
-
-    Parameters
-    ----------
-    table : DataFrame
-        time_s, displacement_mm, moment_upper, moment_lower: float64, rows as in the file.
-
-    Returns
-    -------
-    table : DataFrame
-        The same columns with strictly increasing times, and status (categorical of ForceStatus values).
-    faults : list of str
-    """
-    return check_columns({name: table[name].to_numpy(dtype=np.float64, copy=True) for name in TABLE_COLUMNS})
 
 
 def check_columns(
