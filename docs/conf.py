@@ -32,7 +32,7 @@ extensions = [
     "citations",
     "own_host",
     "open_pages",
-    "public_names",
+    "reference",
 ]
 nitpicky = True
 smartquotes = False

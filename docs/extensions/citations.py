@@ -5,7 +5,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-_CITED = re.compile(r"docs/(?P<page>[\w-]+)\.md(?:, Eq\. \((?P<number>\w+)\))?")
+_CITED = re.compile(r"docs/(?P<page>[\w-]+)\.md(?:, Eqs?\.? \((?P<number>\w+)\))?")
 
 
 def linked(line: str) -> str:

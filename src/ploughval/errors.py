@@ -1,12 +1,14 @@
 """The error tree: every error that a user can cause is a PloughvalError with a full message.
 
-PloughvalError
-+-- ConfigError        test.toml or the command line (gathers all faults)
-+-- DataError          a photograph, log or result file (path, and frame where it has one)
-+-- CalibrationError   pixels cannot be turned into millimetres
-+-- CorrelationError   images or points that cannot be correlated at all
-+-- ConvergenceError   a model or a fit that found no solution
-+-- MissingExtraError  an optional dependency is not installed
+Who catches one catches those below it::
+
+    PloughvalError
+    +-- ConfigError        test.toml or the command line (gathers all faults)
+    +-- DataError          a photograph, log or result file (path, and frame where it has one)
+    +-- CalibrationError   pixels cannot be turned into millimetres
+    +-- CorrelationError   images or points that cannot be correlated at all
+    +-- ConvergenceError   a model or a fit that found no solution
+    +-- MissingExtraError  an optional dependency is not installed
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,8 @@
-"""Every public name of every room is in the reference, and the types that docstrings name link to it."""
+"""The reference from docstrings: every public name is in it, and the types that docstrings name are links."""
 
+import enum
 import importlib
+import inspect
 import pkgutil
 from typing import Any
 
@@ -8,9 +10,10 @@ from numpydoc.xref import DEFAULT_LINKS
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-import ploughval
+import ploughval.errors
 
 _LOG = logging.getLogger(__name__)
+_NOT_OURS = ("Alias for field number", "Configuration for the model")  # texts of namedtuple and pydantic
 
 
 def public_names() -> list[str]:
@@ -34,11 +37,29 @@ def _link_types(_app: Sphinx, config: Any) -> None:
     DEFAULT_LINKS.clear()  # they lead to other sites
     config.numpydoc_xref_param_type = True
     config.numpydoc_xref_ignore = "all"
-    config.numpydoc_xref_aliases = {name.rpartition(".")[2]: name for name in public_names()}
+    errors = [f"ploughval.errors.{name}" for name in vars(ploughval.errors) if name.endswith("Error")]
+    config.numpydoc_xref_aliases = {name.rpartition(".")[2]: name for name in [*public_names(), *errors]}
+
+
+def _skipped(_app: Sphinx, _what: str, name: str, thing: Any, skip: bool, _options: Any) -> bool | None:
+    """Show every value of an enumeration; leave out what others wrote about their own workings."""
+    if isinstance(thing, enum.Enum) and name in type(thing).__members__:
+        return False
+    ours = name != "model_config" and not (inspect.getdoc(thing) or "").startswith(_NOT_OURS)
+    return None if ours else True
+
+
+def _signature(
+    _app: Sphinx, _what: str, _name: str, thing: Any, _options: Any, signature: str, returned: str
+) -> tuple[str, str] | None:
+    """Nobody calls an enumeration."""
+    return ("", returned) if inspect.isclass(thing) and issubclass(thing, enum.Enum) else None
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Take part in every build."""
     app.connect("config-inited", _link_types, priority=100)
+    app.connect("autodoc-skip-member", _skipped)
+    app.connect("autodoc-process-signature", _signature)
     app.connect("env-updated", _missing)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
