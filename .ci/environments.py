@@ -30,11 +30,13 @@ def run(
     *command: str | Path, cwd: Path | None = None, env: Mapping[str, str] | None = None, code: int = 0
 ) -> str:
     """Run a program that has to end with a code; what it said, both streams together."""
-    done = subprocess.run(
-        command, cwd=cwd, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
-    )
+    words = " ".join(str(word) for word in command)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    try:
+        done = subprocess.run(command, cwd=cwd, env=env, **streams, text=True, check=False)
+    except OSError as error:
+        raise Failed(f"{words}\ncould not be run: {error}") from None
     if done.returncode != code:
-        words = " ".join(str(word) for word in command)
         raise Failed(f"{words}\nended with {done.returncode}, not {code}:\n{done.stdout[-4000:]}")
     return done.stdout
 
@@ -72,6 +74,6 @@ def python_of(version: str) -> str | None:
     for more in ({}, {"PYENV_VERSION": version}):  # what pyenv puts on the path runs only when it is told
         try:
             return run(name, "-c", "import sys; print(sys.executable)", env={**os.environ, **more}).strip()
-        except (Failed, OSError):
+        except Failed:
             continue
     return None

@@ -5,23 +5,24 @@ from typing import assert_type
 
 import numpy as np
 
-from ploughval import load_scene, process, simulate
+from ploughval import load_results, load_scene, process, simulate
 from ploughval.errors import PloughvalError
-from ploughval.model import History
+from ploughval.notebook import Plots, Result, Simulation
 from ploughval.piv import Tracks, correlate
-from ploughval.run import Outcome
 from ploughval.scene import Scene
 
 
-def processed(folder: Path) -> Path | str | None:
-    """Process a test folder; where its page is."""
+def processed(folder: Path) -> Result | None:
+    """Process a test folder, or read what is there of it."""
     try:
-        outcome = process(folder, workers=2, fresh=True)
+        result = process(folder, workers=2, fresh=True)
     except PloughvalError as refused:
         print(refused)
         return None
-    assert_type(outcome, Outcome)
-    return outcome.results
+    assert_type(result, Result)
+    assert_type(result.plot, Plots)
+    assert_type(load_results(folder), Result)
+    return result
 
 
 def first_force_N(folder: Path) -> float:
@@ -30,7 +31,7 @@ def first_force_N(folder: Path) -> float:
     assert_type(scene, Scene)
     assert_type(scene.blade.depth_mm, float)
     history = simulate(scene, displacement_mm=30.0)
-    assert_type(history, History)
+    assert_type(history, Simulation)
     assert_type(history.P0_N, float)
     return history.P0_N
 
