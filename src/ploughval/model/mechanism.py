@@ -38,21 +38,9 @@ def block_force(
     weight, beta, phi, wall = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (weight, beta_deg, phi_deg, wall_deg))
     )
-    locked = beta + phi + wall >= 90.0
-    steep = np.radians(np.where(locked, 0.0, beta + phi))
-    wall = np.radians(np.where(locked, 0.0, wall))
-    force = weight * np.sin(steep) / np.cos(steep + wall)
-    return np.asarray(np.where(locked, np.inf, force))
-
-
-def band_reaction(force: ArrayLike, weight: ArrayLike, wall_deg: ArrayLike = 0.0) -> Floats:
-    """Force of the sand at rest on the block (..., 2), x first: what closes the force polygon.
-
-    The reaction R of docs/theory-model.md, Eqs (1) and (2).
-    """
-    force, weight, wall = (np.asarray(v, float) for v in (force, weight, wall_deg))
-    wall = np.radians(wall)
-    return np.stack(np.broadcast_arrays(-force * np.cos(wall), weight + force * np.sin(wall)), axis=-1)
+    steep = np.radians(beta + phi)
+    force = weight * np.sin(steep) / np.cos(steep + np.radians(wall))
+    return np.asarray(np.where(beta + phi + wall >= 90.0, np.inf, force))
 
 
 def initial_force(
@@ -129,8 +117,8 @@ def band_force(
     outcrop: float,
     tan_phi: float,
     tan_wall: float,
-    load: float = 0.0,
-    lean: float = 0.0,
+    load: float,
+    lean: float,
 ) -> float:
     """P / unit weight of the band from the tip at x[0] - lean to a place; see ``cheapest_band``."""
     reach = outcrop - (x[0] - lean)
