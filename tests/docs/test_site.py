@@ -63,7 +63,7 @@ def test_a_citation_of_an_equation_links_to_its_anchor(extension):
 
 
 def test_tex_becomes_mathml_without_its_tag(extension):
-    markup = extension("equations").mathml(r"P_0 = \frac{\gamma d^2}{2} \tag{4}", block=True)
+    markup = extension("tex").mathml(r"P_0 = \frac{\gamma d^2}{2} \tag{4}", block=True)
     assert markup.startswith("<math")
     assert 'display="block"' in markup
     assert "<mfrac>" in markup
@@ -72,13 +72,19 @@ def test_tex_becomes_mathml_without_its_tag(extension):
 
 
 def test_names_of_functions_stand_apart_from_what_they_are_applied_to(extension):
-    markup = extension("equations").mathml(r"P \cos\varphi + \sin(x) \tan y", block=False)
+    markup = extension("tex").mathml(r"P \cos\varphi + \sin(x) \tan y", block=False)
     assert 'lspace="0.17em" rspace="0.17em">cos</mo>' in markup
     assert 'lspace="0" rspace="0">sin</mo>' in markup
     assert 'lspace="0.17em" rspace="0.17em">tan</mo>' in markup
 
 
+def test_words_are_one_piece_and_bars_stand_close(extension):
+    markup = extension("tex").mathml(r"|u_{\mathrm{rms}}|", block=False)
+    assert "<mi>rms</mi>" in markup
+    assert markup.count('<mo lspace="0" rspace="0" stretchy="false">&#x0007C;</mo>') == 2
+
+
 @pytest.mark.parametrize("tex", [r"\nosuchthing x", r"\frac{1}{2", r"\left( x"])
 def test_tex_that_cannot_be_shown_is_refused(extension, tex):
     with pytest.raises(ValueError, match=r"nosuchthing is not known|not as many"):
-        extension("equations").mathml(tex, block=False)
+        extension("tex").mathml(tex, block=False)
