@@ -7,7 +7,7 @@ from latex2mathml.converter import convert
 TAG = re.compile(r"\s*\\tag\{([^{}]+)\}")
 _FUNCTION = re.compile(r"<(m[io])>([a-z]{2,})</\1>(?=(<mo stretchy=\"false\">&#x00028;)?)")
 _OPENED = re.compile(r"(?:<mrow>|<mtd[^>]*>|(?<!&#x00029;)(?<![)\]|])</mo>)(?:<m\w+>)*\Z")
-"""What stands before a function that needs no space: an opening, or an operator, which has a space of its own."""
+"""What stands before a function that needs no space: an opening, or an operator with a space of its own."""
 _BAR = re.compile(r"<mo(?: stretchy=\"false\")?>(&#x0007C;|&#x02016;)</mo>")
 _WORD = re.compile(r"(?:<mi mathvariant=\"normal\">\w</mi>){2,}")
 _PAIRS = ((r"(?<!\\)\{", r"(?<!\\)\}"), (r"\\left\b", r"\\right\b"), (r"\\begin\b", r"\\end\b"))
