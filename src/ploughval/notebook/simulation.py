@@ -127,7 +127,21 @@ class SimulationPlots:
 def simulate(
     scene: Scene, *, displacement_mm: float | None = None, tolerance: float | None = None
 ) -> Simulation:
-    """Run the model; see :func:`ploughval.simulate`."""
+    """Run the model; what :func:`ploughval.simulate` hands on.
+
+    Parameters
+    ----------
+    scene : Scene
+        Must have [soil].
+    displacement_mm : float or None, mm
+        Travel of the blade; None: the scene's, or three depths.
+    tolerance : float or None
+        Relative numerical error aimed at; None: the scene's.
+
+    Returns
+    -------
+    Simulation
+    """
     history = run_model(scene, displacement_mm=displacement_mm, tolerance=tolerance)
     parts = {field.name: getattr(history, field.name) for field in fields(History)}
     for name in ("force", "bands"):

@@ -83,7 +83,18 @@ class TableFile:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable of tracks.nc."""
+    """A variable of tracks.nc.
+
+    Attributes
+    ----------
+    name : str
+    dims : tuple of str
+        "frame", "point", or both.
+    meaning : str
+        In a few words, without the unit.
+    unit : str
+        "1" for a plain number.
+    """
 
     name: str
     dims: tuple[str, ...]

@@ -20,7 +20,30 @@ from ploughval.results.records import MetricEntry, MetricsRecord, RunRecord
 class Results:
     """The files of one result folder; None where a file is not there.
 
-    ``shown`` are the frames that figures of stages show; empty: as many as the settings ask for.
+    Columns, units and meanings of the tables are those of :data:`ploughval.results.FILES`.
+
+    Attributes
+    ----------
+    folder : Path
+        The result folder.
+    run : RunRecord
+        run.json.
+    metrics : MetricsRecord or None
+        metrics.json.
+    calibration : Calibration or None
+        calibration.json.
+    force, layers, surface, volume, bands, increments, blade, peaks, mobilised : DataFrame or None
+        The measured tables of these names.
+    budget, cell_calibration, cell_models, cell_quality : DataFrame or None
+        Tables of the load cells.
+    practice : DataFrame or None
+        good_practice.csv.
+    tracks : Dataset or None
+        tracks.nc.
+    model_force, model_layers, model_bands, model_surface : DataFrame or None
+        Tables of the model; forces as load cells would measure them.
+    shown : tuple of int
+        Frames that figures of stages show; empty: as many as the settings ask for.
     """
 
     folder: Path
@@ -97,7 +120,18 @@ class Results:
 
 
 def horizontal_share(settings: Mapping[str, Any]) -> float:
-    """What load cells measure of the model's P: wall friction and a face that leans incline it."""
+    """What load cells measure of the model's P: wall friction and a face that leans incline it.
+
+    Parameters
+    ----------
+    settings : mapping
+        Tables of test.toml as in run.json.
+
+    Returns
+    -------
+    float
+        Cosine of wall friction plus inclination.
+    """
     angle_deg = 0.0
     for name, key in (("soil", "wall_friction_deg"), ("blade", "inclination_deg")):
         table = settings.get(name)
@@ -177,6 +211,15 @@ _KNOWN = (
 
 def with_files(folder: Path) -> Path:
     """The result folder that a user means: the folder itself, or ``results`` in it.
+
+    Parameters
+    ----------
+    folder : Path
+        A result folder or a test folder.
+
+    Returns
+    -------
+    Path
 
     Raises
     ------

@@ -65,7 +65,17 @@ MADE: Mapping[str, TableFile] = MappingProxyType(
 
 
 def metrics_table(record: MetricsRecord | None) -> pd.DataFrame | None:
-    """The metrics of metrics.json, a row each; None where there are none."""
+    """The metrics of metrics.json, a row each; None where there are none.
+
+    Parameters
+    ----------
+    record : MetricsRecord or None
+        metrics.json.
+
+    Returns
+    -------
+    DataFrame or None
+    """
     if record is None or not record.metrics:
         return None
     rows = [{"metric": name, **entry.model_dump()} for name, entry in record.metrics.items()]
@@ -73,7 +83,17 @@ def metrics_table(record: MetricsRecord | None) -> pd.DataFrame | None:
 
 
 def frames_table(record: RunRecord) -> pd.DataFrame | None:
-    """The frame ledger of run.json; None where there are no photographs."""
+    """The frame ledger of run.json; None where there are no photographs.
+
+    Parameters
+    ----------
+    record : RunRecord
+        run.json.
+
+    Returns
+    -------
+    DataFrame or None
+    """
     if not record.frames:
         return None
     rows = [{**entry.model_dump(), "notes": "; ".join(entry.notes)} for entry in record.frames]
@@ -81,13 +101,33 @@ def frames_table(record: RunRecord) -> pd.DataFrame | None:
 
 
 def notes_table(record: RunRecord) -> pd.DataFrame | None:
-    """Faults and warnings of run.json; None where there are none."""
+    """Faults and warnings of run.json; None where there are none.
+
+    Parameters
+    ----------
+    record : RunRecord
+        run.json.
+
+    Returns
+    -------
+    DataFrame or None
+    """
     said = [("fault", text) for text in record.faults] + [("warning", text) for text in record.warnings]
     return _table([dict(zip(("kind", "text"), row, strict=True)) for row in said], NOTES) if said else None
 
 
 def tracks_table(tracks: xr.Dataset | None) -> pd.DataFrame | None:
-    """Tracked points in long form, a row a point and photograph; None where none were tracked."""
+    """Tracked points in long form, a row a point and photograph; None where none were tracked.
+
+    Parameters
+    ----------
+    tracks : Dataset or None
+        tracks.nc.
+
+    Returns
+    -------
+    DataFrame or None
+    """
     if tracks is None:
         return None
     shape = tracks.sizes["frame"], tracks.sizes["point"]

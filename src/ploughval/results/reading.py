@@ -38,7 +38,24 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def read_record(path: Path, kind: type[M]) -> M | None:
-    """A JSON file as a record; None where it is not there."""
+    """A JSON file as a record; None where it is not there.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type of record
+        What it is read as.
+
+    Returns
+    -------
+    record or None
+
+    Raises
+    ------
+    DataError
+        Not readable as JSON, or not such a record.
+    """
     if not path.is_file():
         return None
     try:
@@ -107,6 +124,16 @@ def _values(cells: pd.Series, column: Column, path: Path) -> pd.Series:
 
 def read_tracks(folder: Path) -> xr.Dataset | None:
     """The tracked points of a result folder; None where they are not there.
+
+    Parameters
+    ----------
+    folder : Path
+        The result folder.
+
+    Returns
+    -------
+    Dataset or None
+        Dimensions and variables of :data:`ploughval.results.VARIABLES`.
 
     Raises
     ------

@@ -10,10 +10,32 @@ from ploughval.run.urls import placed
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of one test."""
+    """What became of one test.
+
+    Attributes
+    ----------
+    name : str
+        Of the test.
+    results : Path or str
+        Result folder; text: a URL.
+    complete : bool
+        Whether nothing was lost.
+    faults, warnings : tuple of str
+        What was lost, and what to mind.
+    metrics : dict
+        The metrics by name, as in metrics.json; empty without a comparison.
+    steps : tuple of str
+        Steps that the scene called for.
+    seconds : float, s
+        What it took.
+    report : Path, str or None
+        The page; None: none was made.
+    reused : tuple of str
+        Stages that an earlier run's result stands for.
+    """
 
     name: str
-    results: Path | str  # text: a URL
+    results: Path | str
     complete: bool
     faults: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -21,7 +43,7 @@ class Outcome:
     steps: tuple[str, ...]
     seconds: float
     report: Path | str | None = None
-    reused: tuple[str, ...] = ()  # stages that an earlier run's result stands for
+    reused: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """All of it as values that JSON holds."""
