@@ -4,6 +4,9 @@ import re
 
 from latex2mathml.converter import convert
 
+_SIDES = {"l": r"\left", "r": r"\right"}
+_SIZED = re.compile(r"\\[bB]igg?([lr])(?![A-Za-z])")
+"""Brackets of a stated size: browsers do not enlarge one that has an exponent, and so would part a pair."""
 TAG = re.compile(r"\s*\\tag\{([^{}]+)\}")
 _FUNCTION = re.compile(r"<(m[io])>([a-z]{2,})</\1>(?=(<mo stretchy=\"false\">&#x00028;)?)")
 _OPENED = re.compile(r"(?:<mrow>|<mtd[^>]*>|(?<!&#x00029;)(?<![)\]|])</mo>)(?:<m\w+>)*\Z")
@@ -26,11 +29,12 @@ def mathml(tex: str, *, block: bool) -> str:
     ValueError
         When the TeX holds a command that is not known, or does not close.
     """
+    tex = _SIZED.sub(lambda side: _SIDES[side[1]], TAG.sub("", tex))
     for opens, closes in _PAIRS:
         if len(re.findall(opens, tex)) != len(re.findall(closes, tex)):
             raise ValueError(f"{opens} and {closes} are not as many")
     try:
-        markup = convert(TAG.sub("", tex), display="block" if block else "inline")
+        markup = convert(tex, display="block" if block else "inline")
     except Exception as fault:  # of a dozen kinds, none of them documented
         raise ValueError(f"{type(fault).__name__} {fault}") from fault
     if unknown := _UNKNOWN.search(markup):

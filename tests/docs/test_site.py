@@ -84,6 +84,12 @@ def test_words_are_one_piece_and_bars_stand_close(extension):
     assert markup.count('<mo lspace="0" rspace="0" stretchy="false">&#x0007C;</mo>') == 2
 
 
+def test_brackets_of_a_stated_size_grow_as_a_pair(extension):
+    mathml = extension("tex").mathml
+    sized = mathml(r"\Bigl( \frac{a}{b} \Bigr)^2", block=True)
+    assert sized == mathml(r"\left( \frac{a}{b} \right)^2", block=True)
+
+
 @pytest.mark.parametrize("tex", [r"\nosuchthing x", r"\frac{1}{2", r"\left( x"])
 def test_tex_that_cannot_be_shown_is_refused(extension, tex):
     with pytest.raises(ValueError, match=r"nosuchthing is not known|not as many"):
