@@ -170,7 +170,7 @@ def _cut(ending: str, *told: str) -> list[Case]:
 
 def _bombs() -> list[Case]:
     limit = ("expected at most", "px")
-    found = [
+    return [
         _one("png that says 100 000 x 100 000", png(100_000, 100_000, zlib.compress(b"\0")), *limit),
         _one("png of 16 bits that says 2 000 000 x 1", png(2_000_000, 1, zlib.compress(b"\0"), 16), *limit),
         _one("png that says 2147483647 x 1", png(2**31 - 1, 1, zlib.compress(b"\0")), *limit),
@@ -192,7 +192,6 @@ def _bombs() -> list[Case]:
         _one("jpeg 2000 that says 2 000 000 000 wide", jpeg2000_of_size(2_000_000_000, 2), *limit),
         _one("directories of a tiff that go in circles", _circle()),
     ]
-    return found
 
 
 def _circle() -> bytes:

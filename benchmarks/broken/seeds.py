@@ -178,7 +178,7 @@ def all_readers() -> list[Reader]:
             "layers.csv",
             "surface.csv",
         )
-        readers = [
+        return [
             Reader("test.toml", "test.toml", (folder / "test.toml").read_bytes(), load_scene, beside),
             Reader("photos.csv", "photos.csv", _TIMES, lambda f: table_times(f / "photos.csv", _NAMES)),
             Reader("known loads", "a.csv", _TABLE, lambda f: read_table(f / "a.csv", "a.csv", g_m_s2=9.81)),
@@ -192,4 +192,3 @@ def all_readers() -> list[Reader]:
             *_pictures(),
             *_results(results, told),
         ]
-    return readers

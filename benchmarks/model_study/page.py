@@ -124,7 +124,7 @@ def physical(tables: Tables) -> dict[str, object]:
 
     lengths = [f"length_{k}_d" for k in (1, 2, 3)]
     base = table[table["parameter"] == "depth_mm"].pipe(nearest, "value", DEPTH_MM)
-    by = {name: rows for name, rows in table.groupby("parameter")}
+    by = dict(iter(table.groupby("parameter")))
     soft = by["softening_d"]
     flat, beyond = soft[soft["value"] <= base["slip_0_d"]], soft[soft["value"] > base["slip_0_d"]]
     values: dict[str, object] = {f"l{k}": base[f"length_{k}_d"] for k in (1, 2, 3)}

@@ -26,7 +26,7 @@ def case(**soil):
 
 
 def findings(**values):
-    row = {name: np.nan for name in SOFTENING_COLUMNS} | {"band": "all", "points": 90} | values
+    row = dict.fromkeys(SOFTENING_COLUMNS, np.nan) | {"band": "all", "points": 90} | values
     return FrictionFindings(pd.DataFrame(columns=list(CURVE_COLUMNS)), pd.DataFrame([row]))
 
 

@@ -88,7 +88,7 @@ def test_the_rate_of_a_drift_keeps_what_both_cells_have_in_common():
         zero = zero_of(t, rate[:, None] * t + noise(rng, t.size))
         line = zero_line(np.array([0.0, 100.0]), zero)
         ends.append(line.offset[:, 1] - rate * 100)
-        stated.append(dict((name, cov * np.broadcast_to(w, 2)[1]) for name, cov, w, _ in line.parts))
+        stated.append({name: cov * np.broadcast_to(w, 2)[1] for name, cov, w, _ in line.parts})
     own = np.mean([s["zero offset"] + s["rate of the drift"] for s in stated], axis=0)
     # Variances of 400 draws scatter by sqrt(2 / 400) = 7 %; three of those.
     np.testing.assert_allclose(own, np.cov(np.transpose(ends)), rtol=0.25)

@@ -111,7 +111,7 @@ def read_log(
                 path=files[0],
             )
     early = stops_early(data["time_s"].to_numpy(), data["displacement_mm"].to_numpy())
-    return Log(data, tuple([*faults, *more]), tuple(dict.fromkeys([*notes, *early])))
+    return Log(data, (*faults, *more), tuple(dict.fromkeys([*notes, *early])))
 
 
 def _collected(
