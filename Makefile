@@ -42,7 +42,7 @@ check: $(READY)
 
 docs: $(DOCS_READY)
 	$(BIN)/sphinx-build -E -W --keep-going -q -c docs -d build/doctrees . build/docs
-	$(BIN)/python -m pytest -q tests/docs/test_site.py # skipped by make test, which has no Sphinx
+	$(BIN)/python -m pytest -q tests/docs/site # skipped by make test, which has no Sphinx
 	@echo build/docs/docs/index.html
 
 licences: $(READY)

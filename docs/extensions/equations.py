@@ -38,8 +38,8 @@ class Numbers(SphinxTransform):
         equation["ids"].append(anchor)
         self.document.ids[anchor] = equation
         place = (equation.line or 0, anchor, f"Eq. ({tag})")
-        for anchors in (self.document.myst_slugs, self.env.metadata[self.env.docname]["myst_slugs"]):
-            anchors[anchor] = place
+        of_all_pages = self.env.metadata[self.env.docname].setdefault("myst_slugs", {})
+        self.document.myst_slugs[anchor] = of_all_pages[anchor] = place
 
 
 def _written(translator: Any, node: nodes.Element, *, block: bool) -> str:

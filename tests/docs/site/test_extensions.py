@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-EXTENSIONS = Path(__file__).parents[2] / "docs" / "extensions"
+EXTENSIONS = Path(__file__).parents[3] / "docs" / "extensions"
 
 
 @pytest.fixture
