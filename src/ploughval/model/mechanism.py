@@ -100,7 +100,7 @@ def block_areas(surface: ArrayLike, tip_x: float) -> Floats:
     return np.asarray(under - 0.5 * (x - tip_x) * y)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def force_factor(tan_beta: float, tan_phi: float, tan_wall: float) -> float:
     """P / W from tangents, docs/theory-model.md, Eq. (3); infinite where the block locks."""
     locks = 1.0 - tan_phi * tan_wall - tan_beta * (tan_phi + tan_wall)
@@ -109,7 +109,7 @@ def force_factor(tan_beta: float, tan_phi: float, tan_wall: float) -> float:
     return (tan_beta + tan_phi) * math.sqrt(1.0 + tan_wall * tan_wall) / locks
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def band_force(
     x: Floats,
     y: Floats,
@@ -136,11 +136,13 @@ def band_force(
     return force
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _stationary(area: float, gain: float, top0: float, top1: float, low0: float, low1: float) -> float:
-    """Where (area + gain t)(top0 + top1 t) / (low0 + low1 t) is least; infinite where it only falls."""
-    if low1 == 0.0:
-        return math.inf
+    """Where (area + gain t)(top0 + top1 t) / (low0 + low1 t) is least; infinite where that is at an end.
+
+    ``low1`` is above zero: a place that is free on ground below the tip's line of sight, y0 > slope x0, gets
+    ever further from locking.
+    """
     # in z = low0 + low1 t it is (f0 + f1 z)(g0 + g1 z) / z
     f1, g1 = gain / low1, top1 / low1
     f0, g0 = area - f1 * low0, top0 - g1 * low0
@@ -149,7 +151,7 @@ def _stationary(area: float, gain: float, top0: float, top1: float, low0: float,
     return (math.sqrt(f0 * g0 / (f1 * g1)) - low0) / low1
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def cheapest_band(
     x: Floats, y: Floats, n: int, tan_phi: float, tan_wall: float, load: float = 0.0, lean: float = 0.0
 ) -> tuple[float, float]:
