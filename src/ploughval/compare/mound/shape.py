@@ -63,7 +63,7 @@ class Reading:
 class Mound:
     """The mound at one travel; a part that the surface does not show is NaN.
 
-    Standard uncertainties are those of docs/theory-comparison-lines.md, Eq. (7).
+    Standard uncertainties are those of docs/theory-comparison-lines.md, Eqs (7) to (9).
 
     Attributes
     ----------
