@@ -13,7 +13,7 @@ from ploughval.model.surface import height_at, settle, shear, thin
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def advance(
     now: Floats, n: int, band: Band, du: float, law: Law, crowd: int, work: Floats, to: Floats
 ) -> tuple[int, int]:
@@ -45,7 +45,7 @@ def advance(
     return rest, m
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def come_to_rest(across: Floats, y: Floats, n: int, law: Law, work: Floats) -> int:
     """Avalanche in oblique coordinates, where rises and falls at the slope of repose are not alike.
 
@@ -57,7 +57,7 @@ def come_to_rest(across: Floats, y: Floats, n: int, law: Law, work: Floats) -> i
     return count
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def tip_of(surface: Floats, law: Law) -> float:
     """Where the tip stands, from where the surface meets the face."""
     return float(surface[0, 0] - law.face * surface[1, 0])

@@ -36,7 +36,7 @@ class Shear(NamedTuple):
     lowest: float  # height of the joint above the tip: 0 where block 1 must not slide down the face
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def bent_force(
     joint: tuple[float, float], x: Floats, y: Floats, n: int, shear: Shear, place: float, above: Floats
 ) -> tuple[float, float]:
@@ -70,7 +70,7 @@ def bent_force(
     return force, place
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _leaves_the_sand(ahead: float, up: float, x: Floats, y: Floats, n: int) -> bool:
     """Whether the interface from the top of the face to the joint comes out of the surface on its way."""
     fall = (y[0] - up) / ahead
@@ -83,7 +83,7 @@ def _leaves_the_sand(ahead: float, up: float, x: Floats, y: Floats, n: int) -> b
     return True
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def least_bent(
     x: Floats,
     y: Floats,
@@ -121,7 +121,7 @@ def least_bent(
     return force, outcrop, (joint[0], max(joint[1], shear.lowest))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _descend(
     x: Floats, y: Floats, n: int, shear: Shear, place: float, start: tuple[float, float], above: Floats
 ) -> tuple[float, float]:

@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def velocities(tip: float, face_top: float, joint: Point, outcrop: Point) -> tuple[float, float, float]:
     """Slopes of the lower and the upper band, and how far block 2 moves forward for 1 of the blade.
 
@@ -25,7 +25,7 @@ def velocities(tip: float, face_top: float, joint: Point, outcrop: Point) -> tup
     return joint[1] / ahead, upper, face_top / (face_top - joint[1] + ahead * upper)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def shear_bent(now: Floats, n: int, band: Band, du: float, work: Floats, out: Floats) -> int:
     """Move both blocks by ``du`` of the blade: surface ``now`` (2, room) into ``out``; the new node count.
 
@@ -47,7 +47,7 @@ def shear_bent(now: Floats, n: int, band: Band, du: float, work: Floats, out: Fl
     return m
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _cut(x: Floats, y: Floats, n: int, face: float, out: Floats) -> int:
     """Let a surface begin at the face; the new node count."""
     out[0, 0], out[1, 0] = face, height_at(x, y, n, face)
@@ -59,7 +59,7 @@ def _cut(x: Floats, y: Floats, n: int, face: float, out: Floats) -> int:
     return m
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _raise(x: Floats, y: Floats, n: int, past: float, wanted: float) -> None:
     """Raise a surface to a wanted area: most at the face, not at the first node past a place and beyond."""
     end = 1
@@ -70,7 +70,7 @@ def _raise(x: Floats, y: Floats, n: int, past: float, wanted: float) -> None:
         y[i] += lift * (x[end] - x[i]) / (x[end] - x[0])
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _area(x: Floats, y: Floats, n: int) -> float:
     """Area under the surface down to the level of the tip."""
     area = 0.0

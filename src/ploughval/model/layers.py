@@ -40,7 +40,7 @@ def carry(
     points[:, 1] = np.where(gone, np.nan, py)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _carry(moving: Floats, marched: March, face: float, span: tuple[float, float, int], slack: float) -> None:
     px, py, rows, ends, pool = moving[0], moving[1], marched.rows, marched.ends, marched.pool
     start, stop, last = span
@@ -82,7 +82,7 @@ class Bands(NamedTuple):
     forward: float
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def bands_of(row: Floats, face_top: float) -> Bands:
     """The bands of a row of the march."""
     joint, outcrop = (row[8], row[9]), (row[4], row[5])
@@ -90,7 +90,7 @@ def bands_of(row: Floats, face_top: float) -> Bands:
     return Bands(row[0], face_top, joint[0], joint[1], outcrop[0], lower, upper, row[10])
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def velocity(x: float, y: float, before: float, bands: Bands) -> tuple[float, float]:
     """Velocity, for 1 of the blade's, of a point that has moved through ``before`` of an increment."""
     behind, below = bands.forward, bands.forward * bands.upper
@@ -101,7 +101,7 @@ def velocity(x: float, y: float, before: float, bands: Bands) -> tuple[float, fl
     return 0.0, 0.0
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def block_at(x: float, y: float, bands: Bands) -> int:
     """The block in which a place lies: 1 at the face, 2 at the outcrop (the only one of one), 0 at rest."""
     ahead = x - bands.joint_x

@@ -53,7 +53,7 @@ class March(NamedTuple):
     end: int
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def lacking(wanted: Trial, edge: float) -> int:
     """Why the fresh band that is wanted cannot be had: it comes out where no sand is, or locks; else 0."""
     if not math.isfinite(wanted.price):
@@ -61,7 +61,7 @@ def lacking(wanted: Trial, edge: float) -> int:
     return 1 if wanted.fresh.outcrop > edge else 0
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
     """Increment that follows the softening: some steps over the mobilization length, one ends with it."""
     left = (law.mobilization - slip) * cos_beta
@@ -71,7 +71,7 @@ def increment(step: float, law: Law, slip: float, cos_beta: float) -> float:
     return left * (1.0 + 1e-12) if du > 0.999 * left else du
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, float, float]:
     """How far the block at the outcrop moves forward, and slips, for 1 of the blade; the outcrop's height.
 
@@ -87,7 +87,7 @@ def pace(now: Floats, n: int, law: Law, band: Band, tip: float) -> tuple[float, 
     return forward, forward * math.hypot(1.0, tan_beta), top
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def try_increment(
     now: Floats, n: int, law: Law, band: Band, du: float, crowd: int, work: Floats, to: Floats
 ) -> tuple[int, int, Trial]:
@@ -100,7 +100,7 @@ def try_increment(
     return rest, sheared, Trial(du, force, old, price, fresh)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def up_to_switch(
     now: Floats,
     n: int,
@@ -139,14 +139,14 @@ def up_to_switch(
     return rest, sheared, last, True
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def creeps_on(surface: Floats, law: Law, trial: Trial) -> bool:
     """Whether the fresh band comes out so near the old one that it is the same creeping on."""
     near = SAME_BAND * (trial.band.outcrop - tip_of(surface, law))
     return bool(abs(trial.fresh.outcrop - trial.band.outcrop) <= near)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def march(surface: Floats, law: Law, travel: float, step: float, store: bool) -> March:
     """Push the blade through ``travel`` in increments of at most ``step`` (docs/theory-model-march.md).
 
@@ -202,7 +202,7 @@ def march(surface: Floats, law: Law, travel: float, step: float, store: bool) ->
     return March(rows[:count].copy(), ends[:count].copy(), pool[:, :filled].copy(), end)
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def is_full(now: Floats, n: int, law: Law, front: float, far: float) -> bool:
     """Whether the block's front would pass the end of the box, or an oblique heap has come to it.
 
@@ -213,7 +213,7 @@ def is_full(now: Floats, n: int, law: Law, front: float, far: float) -> bool:
     return bool(front > now[0, n - 1] or (law.face != 0.0 and heaped))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _lay(surface: Floats, law: Law, now: Floats, work: Floats) -> int:
     """Write the initial surface, at rest, into ``now``; the count of its nodes."""
     n = surface.shape[1]
@@ -224,7 +224,7 @@ def _lay(surface: Floats, law: Law, now: Floats, work: Floats) -> int:
     return n
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def take(last: Trial, law: Law) -> Trial:
     """The fresh band in force; sand that does not soften keeps its count of slip."""
     new, slip = last.fresh, 0.0 if law.peak > law.residual else last.band.slip
@@ -232,7 +232,7 @@ def take(last: Trial, law: Law) -> Trial:
     return Trial(0.0, last.price, taken, last.price, taken)
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def row_of(u: float, number: float, last: Trial, top: float, forward: float) -> Floats:
     """Row of ``March.rows`` at the start of an increment whose band comes out at the height ``top``.
 
@@ -244,7 +244,7 @@ def row_of(u: float, number: float, last: Trial, top: float, forward: float) -> 
     return np.array((*head, band.slip, u + band.joint_ahead, band.joint_up, forward))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _store(pool: Floats, filled: int, surface: Floats, n: int) -> tuple[Floats, int]:
     """Write the first two rows of a surface behind what the pool holds; the pool grows as needed."""
     if filled + n > pool.shape[1]:

@@ -37,7 +37,7 @@ def mobilised_friction_deg(
     return np.asarray(peak_deg - (peak_deg - residual_deg) * share)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def tan_mobilised(slip: float, peak: float, residual: float, length: float) -> float:
     """Tangent of the mobilised friction angle; angles in radians, slip and length in mm."""
     if slip >= length:

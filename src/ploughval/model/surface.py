@@ -60,7 +60,7 @@ def move_block(surface: ArrayLike, outcrop_x: float, tan_beta: float, du: float)
     return np.column_stack([x[:n], y[:n]])
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def height_at(x: Floats, y: Floats, n: int, place: float) -> float:
     """Height of the polyline at a place, level beyond its ends."""
     if place <= x[0]:
@@ -78,7 +78,7 @@ def height_at(x: Floats, y: Floats, n: int, place: float) -> float:
     return float(y[low] + share * (y[high] - y[low]))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def shear(
     x: Floats, y: Floats, n: int, outcrop: float, tan_beta: float, du: float, out_x: Floats, out_y: Floats
 ) -> int:
@@ -123,7 +123,7 @@ def shear(
     return m
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def settle(x: Floats, y: Floats, n: int, fall: float, rise: float, work: Floats) -> int:
     """Avalanche in place, forwards and then backwards; ``work`` is (4, room). Returns the new count.
 
@@ -152,7 +152,7 @@ def settle(x: Floats, y: Floats, n: int, fall: float, rise: float, work: Floats)
     return n
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def pool(px: Floats, pg: Floats, n: int, sx: Floats, sg: Floats) -> int:
     """Isotonic regression of a continuous polyline g(x): falling stretches become level, area kept.
 
@@ -187,7 +187,7 @@ def pool(px: Floats, pg: Floats, n: int, sx: Floats, sg: Floats) -> int:
     return m
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _lower(
     sx: Floats, sg: Floats, m: int, level: float, a: float, segment: tuple[float, float, float, float]
 ) -> tuple[float, float, int, bool]:
@@ -227,7 +227,7 @@ def _lower(
         span = x0 - a
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _close(sx: Floats, sg: Floats, m: int, a: float, b: float, level: float, tiny: float) -> int:
     """Write a level from a to b behind the nodes so far."""
     if m > 0 and a <= sx[m - 1] + tiny:
@@ -237,7 +237,7 @@ def _close(sx: Floats, sg: Floats, m: int, a: float, b: float, level: float, tin
     return m + 2
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def thin(x: Floats, y: Floats, n: int, deviation: float) -> int:
     """Drop nodes within ``deviation`` of their neighbours' chord; the neighbours take up the area.
 

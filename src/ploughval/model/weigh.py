@@ -15,7 +15,7 @@ from ploughval.model.softening import tan_mobilised
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def straight_fresh(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float]:
     """P / unit weight of a fresh band of one block, and its outcrop; past the last node: sand is missing.
 
@@ -32,7 +32,7 @@ def straight_fresh(x: Floats, y: Floats, n: int, law: Law) -> tuple[float, float
     return force, place
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def weigh_fresh(surface: Floats, n: int, law: Law, work: Floats) -> tuple[float, Band]:
     """P / unit weight of the cheapest fresh band of as many blocks as the law allows, and the band."""
     x, y = surface[0], surface[1]
@@ -44,7 +44,7 @@ def weigh_fresh(surface: Floats, n: int, law: Law, work: Floats) -> tuple[float,
     return force, Band(place, 0.0, *joint)
 
 
-@njit(cache=True, nogil=True, forceinline=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True, forceinline=True)
 def weigh_old(
     surface: Floats, n: int, law: Law, outcrop: float, slip: float, work: Floats
 ) -> tuple[float, Band]:

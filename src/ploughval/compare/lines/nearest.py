@@ -91,7 +91,7 @@ def _normals(start: Floats, end: Floats, joined: Flags) -> tuple[Floats, Floats,
     return normal, at_start, at_end
 
 
-@njit(cache=True, nogil=True)  # type: ignore[misc]
+@njit(cache=True, nogil=True)
 def _search(
     points: Floats,
     start: Floats,

@@ -109,7 +109,7 @@ def tags_of_tiff(path: Path) -> Tags:
 
         def load() -> Image.Exif:
             exif = Image.Exif()
-            exif.load_from_fp(file)  # type: ignore[no-untyped-call]
+            exif.load_from_fp(file)
             return exif
 
         return read_tags(load)
