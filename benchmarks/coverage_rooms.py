@@ -7,6 +7,7 @@ compiling, since compiled code is not traced. Ends with exit code 1 below the le
 import argparse
 import ast
 import csv
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "ploughval"
+COMPILED = re.compile(r"\b(njit|compiled|inlined)\b")
 COLUMNS = ("room", "files", "lines", "run_percent", "kernel_lines", "kernel_run_percent")
 
 
@@ -58,7 +60,7 @@ def _compiled(path: Path) -> frozenset[int]:
     """Lines within functions that numba compiles."""
     nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
     functions = (node for node in nodes if isinstance(node, ast.FunctionDef))
-    kernels = (node for node in functions if any("njit" in ast.unparse(d) for d in node.decorator_list))
+    kernels = (node for node in functions if COMPILED.search(" ".join(map(ast.unparse, node.decorator_list))))
     return frozenset(
         line for node in kernels for line in range(node.body[0].lineno, (node.end_lineno or 0) + 1)
     )
