@@ -26,7 +26,7 @@ from ploughval.watch import Progress, unheard
 RECORDED = replace(
     EXAMPLE,
     name="recorded",
-    frames=28,
+    frames=19,
     displacement_mm=54.0,
     image_format="jpg",
     markers=8,
@@ -36,7 +36,7 @@ RECORDED = replace(
     clock_offset_s=113.4,
     clock_told=False,
 )
-"""Recipe of the tutorial's test: a photograph every 2 s, dots on the window, a camera with its own clock."""
+"""Recipe of the tutorial's test: a photograph every 3 s, dots on the window, a camera with its own clock."""
 
 _CARD = "DCIM/100BLADE"
 _FIRST_NUMBER = 412
