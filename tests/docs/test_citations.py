@@ -23,6 +23,7 @@ NO_SOURCE = ("JPEG", "2000")
 # Equations that only lead to others or bound them: no code computes these
 DERIVED = {
     "theory-calibration": {7},
+    "theory-model": {1, 2},
     "theory-model-nodes": {3, 4},
     "theory-model-avalanche": {3, 4, 5, 6, 8},
     "theory-model-outcrop": set(range(1, 13)),
