@@ -100,7 +100,7 @@ def test_error_falls_in_proportion_to_the_increment():
     np.testing.assert_allclose(errors[:2] / errors[1:], 2.0, rtol=0.15)
 
 
-def test_outcrop_that_rides_with_the_block_never_switches():
+def test_outcrop_that_rides_with_the_block_keeps_its_distance_and_does_not_switch_within_five_depths():
     history = simulate(scene_of(model={"outcrop": "riding"}), displacement_mm=150.0)
     assert len(history.bands) == 1
     reach = history.force["outcrop_x_mm"] - history.force["u_mm"]

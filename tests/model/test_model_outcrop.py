@@ -125,6 +125,25 @@ def test_equation_of_the_front_gives_the_reference_switches_of_loose_sand():
     np.testing.assert_allclose(found[:, 1], (1.353, 1.781, 2.288, 2.875), atol=0.002)
 
 
+def test_trough_after_a_softening_over_a_thirtieth_of_the_depth_is_the_reference():
+    soil = sand(50.0, 32.0)
+    outcrop = soil.outcrop(0.0)
+
+    def rates(u, state):
+        slope = soil.steepness(u, state[0], 0.0, outcrop)
+        return [slope, np.hypot(1.0, slope)]
+
+    def softens(_, state):
+        return state[1] - 1.0 / 30.0
+
+    softens.terminal = True
+    u = 1e-6
+    found = solve_ivp(rates, (u, 1.0), [u / outcrop, u], events=softens, rtol=1e-9, atol=1e-12)
+    u, rise = found.t[-1], found.y[0, -1]
+    trough = soil.softened(u, soil.steepness(u, rise, 0.0, outcrop), outcrop) / soil.price(0.0)
+    assert trough == pytest.approx(0.4735, abs=5e-5)
+
+
 def scene(peak, residual, *, repose=32.0, wall=0.0, outcrop="stationary"):
     soil = {
         "unit_weight_kN_m3": 16.0,
