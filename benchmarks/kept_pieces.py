@@ -1,6 +1,6 @@
 """What it costs to keep the walk through the photographs on the way: bytes and seconds of a piece.
 
-python benchmarks/kept_pieces.py FOLDER              # for example of benchmarks/big_sequence.py
+python benchmarks/kept_pieces.py FOLDER              # for example that of bench_sequence_speed.py --folder
 python benchmarks/kept_pieces.py FOLDER --frames 24 --every 8
 """
 
