@@ -2,6 +2,7 @@
 
 import logging
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -19,6 +20,9 @@ from ploughval.synth.settings import settings_text
 from ploughval.synth.truth import Truth, band_table, layer_table, surface_table, write_truth
 from ploughval.synth.view import View, frame_view
 from ploughval.watch import Progress, unheard
+
+if TYPE_CHECKING:
+    from ploughval.model import History
 
 log = logging.getLogger(__name__)
 
@@ -82,16 +86,8 @@ def make_folder(
     )
     _check_travel(motion, options)
     view = frame_view(motion, options)
-    felt = feel(
-        history.force["u_mm"].to_numpy(),
-        options.soil.horizontal_share * history.force["force_N"].to_numpy(),
-        options.rng(Purpose.LINE_OF_ACTION),
-        options,
-    )
+    felt = _felt(history, options)
     tip = view.stated_tip_px(options.direction)
-    markers = view.marker_places_px(options.markers, options.marker_radius_px)
-    if options.direction is Direction.LEFT:
-        markers[:, 0] = view.shape[1] - 1 - markers[:, 0]
     truth = Truth(
         options=options,
         tip_px=tip,
@@ -102,9 +98,8 @@ def make_folder(
         layers=layer_table(motion, frames_u, np.array(options.layers_mm), _layer_places(view)),
         blade=_blade_table(tip, options),
     )
-    with unwritable(
-        out
-    ):  # what is made half has no test.toml, and says by truth.json that it may be replaced
+    # what is made half has no test.toml, and says by truth.json that it may be replaced
+    with unwritable(out):
         for told in (out / "test.toml", out / "truth" / "test.toml"):
             told.unlink(missing_ok=True)
         write_truth(out / "truth", truth)
@@ -112,9 +107,27 @@ def make_folder(
             _write_photographs(out, view, motion, options, progress)
         if options.loadcells:
             _write_logs(out, felt, options)
-        _write_settings(out / "test.toml", settings_text(options, tip, markers))
+        _write_settings(out / "test.toml", settings_text(options, tip, _markers_px(view, options)))
     log.info("made %s: %d frames of %d x %d px", out, options.frames, *view.shape[::-1])
     return truth
+
+
+def _felt(history: "History", options: SynthOptions) -> LogTruth:
+    """What the load cells feel of the model's force."""
+    return feel(
+        history.force["u_mm"].to_numpy(),
+        options.soil.horizontal_share * history.force["force_N"].to_numpy(),
+        options.rng(Purpose.LINE_OF_ACTION),
+        options,
+    )
+
+
+def _markers_px(view: View, options: SynthOptions) -> Floats:
+    """Places of the markers as the photographs show them, (K, 2) px."""
+    markers = view.marker_places_px(options.markers, options.marker_radius_px)
+    if options.direction is Direction.LEFT:
+        markers[:, 0] = view.shape[1] - 1 - markers[:, 0]
+    return markers
 
 
 def _check_place(out: Path, overwrite: bool) -> None:

@@ -121,9 +121,22 @@ def fit_soil(
         least=len(space.low),
         start_std_mm=shared.start_mm,
     )
-    objective = objective_of(space, record, shared, discrepancy or Discrepancy(), PROFILE_TOLERANCE)
+    allowed = discrepancy or Discrepancy()
+    objective = objective_of(space, record, shared, allowed, PROFILE_TOLERANCE)
     with one_step(extras.progress, "search"):
         best, _ = best_unknowns(objective)
+    objective, best, misfit = _loosened(objective, best)
+    flat = _no_softening(objective, best)
+    best, told, profiles = _profiled(objective, best, misfit, extras.progress)
+    fine = local_search(objective.at(tolerance=FINE_TOLERANCE), best, WIDTH, limit=8)
+    found = _result(objective, (best, fine), told, profiles, misfit)
+    found = _without_length(found) if flat else found
+    found = replace(found, remarks=remarks_on(found, objective, told, flat=flat, allowed=allowed))
+    return _with_extras(found, objective, best, extras)
+
+
+def _loosened(objective: Objective, best: Floats) -> tuple[Objective, Floats, Misfit]:
+    """The cost with errors as large as the record shows them to be, and its best unknowns."""
     looser = loosened(objective, best)
     if looser is not objective:
         objective = looser
@@ -132,21 +145,27 @@ def fit_soil(
     if misfit.inflation > 1.0:
         objective = objective.inflated(misfit.inflation)
         best = local_search(objective, best, WIDTH)
-    flat = _no_softening(objective, best)
+    return objective, best, misfit
+
+
+def _profiled(
+    objective: Objective, best: Floats, misfit: Misfit, progress: Progress
+) -> tuple[Floats, Information, tuple[Profile, ...]]:
+    """Profiles about the best unknowns; where one runs into something better, about that, some times."""
     told = information(objective, best, WIDTH)
-    profiles = _profiles(objective, best, told, misfit, extras.progress)
+    profiles = _profiles(objective, best, told, misfit, progress)
     for _ in range(ROUNDS - 1):
         lowest = min(profiles, key=lambda p: float(p.rises.min()))
         if lowest.rises.min() > -BETTER:
             break
         best = local_search(objective, lowest.unknowns[int(np.argmin(lowest.rises))], WIDTH)
         told = information(objective, best, WIDTH)
-        profiles = _profiles(objective, best, told, misfit, extras.progress)
-    fine = local_search(objective.at(tolerance=FINE_TOLERANCE), best, WIDTH, limit=8)
-    found = _result(objective, (best, fine), told, profiles, misfit)
-    found = _without_length(found) if flat else found
-    allowed = discrepancy or Discrepancy()
-    found = replace(found, remarks=remarks_on(found, objective, told, flat=flat, allowed=allowed))
+        profiles = _profiles(objective, best, told, misfit, progress)
+    return best, told, profiles
+
+
+def _with_extras(found: SoilFit, objective: Objective, best: Floats, extras: Extras) -> SoilFit:
+    """The fit with maps and samples, where they are wanted."""
     if extras.maps:
         with one_step(extras.progress, "maps of the cost"):
             found = replace(found, landscape=landscape(objective, best))

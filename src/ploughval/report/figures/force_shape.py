@@ -43,16 +43,7 @@ def shape_figure(
     figure = new_figure(3.6)
     axes = figure.subplots()
     if envelope is not None and envelope["low_N"].notna().any():
-        low, high = (envelope[name] / initial_N[1] for name in ("low_N", "high_N"))
-        axes.fill_between(
-            envelope["u_mm"] / depth_mm,
-            low,
-            high,
-            color=MODEL,
-            alpha=0.18,
-            lw=0,
-            label="95 % of drawn inputs",
-        )
+        _fill(axes, envelope, initial_N[1], depth_mm)
     shown = thin(force, "force_N")
     axes.plot(
         shown["u_mm"] / depth_mm, shown["force_N"] / initial_N[0], color=MEASURED, lw=1.2, label="measured"
@@ -66,18 +57,7 @@ def shape_figure(
         label="predicted",
     )
     if peaks is not None:
-        for source, colour, own in (("experiment", MEASURED, initial_N[0]), ("model", MODEL, initial_N[1])):
-            for kind, mark in _MARKS.items():
-                some = peaks[(peaks["source"] == source) & (peaks["kind"] == kind)]
-                axes.plot(
-                    some["u_mm"] / depth_mm,
-                    some["force_N"] / own,
-                    mark,
-                    ms=6,
-                    mfc="none",
-                    mec=colour,
-                    mew=1.3,
-                )
+        _mark(axes, peaks, initial_N, depth_mm)
     if pairs is not None:
         _join(axes, pairs, initial_N, depth_mm)
     axes.axhline(1, color=INK, lw=0.7, ls=":")
@@ -87,6 +67,22 @@ def shape_figure(
     axes.set_ylabel("P / own P₀")
     legend_above(axes)
     return figure
+
+
+def _fill(axes: Axes, envelope: pd.DataFrame, initial_N: float, depth_mm: float) -> None:
+    """Between the limits of the runs with drawn inputs."""
+    low, high = (envelope[name] / initial_N for name in ("low_N", "high_N"))
+    u_d = envelope["u_mm"] / depth_mm
+    axes.fill_between(u_d, low, high, color=MODEL, alpha=0.18, lw=0, label="95 % of drawn inputs")
+
+
+def _mark(axes: Axes, peaks: pd.DataFrame, initial_N: tuple[float, float], depth_mm: float) -> None:
+    """Peaks and troughs of either side."""
+    for source, colour, own in (("experiment", MEASURED, initial_N[0]), ("model", MODEL, initial_N[1])):
+        for kind, mark in _MARKS.items():
+            some = peaks[(peaks["source"] == source) & (peaks["kind"] == kind)]
+            place = some["u_mm"] / depth_mm, some["force_N"] / own
+            axes.plot(*place, mark, ms=6, mfc="none", mec=colour, mew=1.3)
 
 
 def _join(axes: Axes, pairs: pd.DataFrame, initial_N: tuple[float, float], depth_mm: float) -> None:
