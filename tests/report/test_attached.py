@@ -12,8 +12,8 @@ import pytest
 
 from ploughval.report.attached import MOST_BYTES, attached, csv_text
 from ploughval.report.blocks import Chapter, Drawing
-from ploughval.report.figures.force import MOST_POINTS
 from ploughval.report.page import single_page
+from ploughval.report.thinning import MOST_POINTS
 from ploughval.results import read_results
 
 

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from ploughval.axes import Region
 from ploughval.report import figures
 from ploughval.report.figures.field import increment
-from ploughval.report.figures.force import thin
 from ploughval.report.figures.series import History
 from ploughval.report.figures.style import THEMED, to_svg
 from ploughval.report.grey import eight_bit
 from ploughval.report.photographs import WorldGrid, shrunk
 from ploughval.report.stages import outcrops, stage_frames, view
+from ploughval.report.thinning import thin
 from ploughval.results import read_results
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from ploughval.columns import floats_of
 from ploughval.report.blocks import Chapter
-from ploughval.report.figures.force import thin
+from ploughval.report.thinning import thin
 from ploughval.results import MetricEntry, Results
 
 MOST_BYTES = 100_000  # of a table on the page; a longer one stays in the result folder

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from ploughval.report.player.coding import unpack
 from ploughval.report.player.frames import Moment, moments
-from ploughval.report.player.history import CHART_PX, curve, thinned_rows, values_at
+from ploughval.report.player.history import curve, values_at
+from ploughval.report.thinning import CHART_PX, thinned_rows
 from ploughval.results import read_results
 
 

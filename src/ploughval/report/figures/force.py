@@ -1,7 +1,6 @@
 """Force against displacement, normalised as in Hambleton et al., Figure 9, and its line of action."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,34 +18,7 @@ from ploughval.report.figures.style import (
     new_figure,
     styled,
 )
-
-MOST_POINTS = 1000
-
-
-def thin(table: pd.DataFrame, column: str, most: int = MOST_POINTS) -> pd.DataFrame:
-    """At most so many rows that draw the same line: of every run of rows the least and the greatest.
-
-    Parameters
-    ----------
-    table : DataFrame
-        Rows in the order in which they are drawn.
-    column : str
-        What is drawn.
-    most : int
-        Rows to keep; shorter tables come back unchanged.
-    """
-    if len(table) <= most:
-        return table
-    values = table[column].to_numpy(float)
-    edges = np.linspace(0, len(values), most // 2 + 1).astype(int)
-    keep: set[int] = {0, len(values) - 1}
-    for start, stop in pairwise(edges):
-        part = values[start:stop]
-        if np.isfinite(part).any():
-            keep |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}
-        elif stop > start:
-            keep.add(start)
-    return table.iloc[sorted(keep)]
+from ploughval.report.thinning import thin
 
 
 @styled

@@ -4,8 +4,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.force import thin
 from ploughval.report.figures.style import INK, MEASURED, MODEL, legend_above, new_figure, styled
+from ploughval.report.thinning import thin
 
 _MARKS = {"peak": "o", "trough": "v"}
 

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from ploughval.report.figures.force import MOST_POINTS, thin
 from ploughval.report.figures.look import legend_outside
 from ploughval.report.figures.style import INK, MEASURED, SERIES, new_figure, plain, styled
+from ploughval.report.thinning import MOST_POINTS, thin
 
 _DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1, 1.5)))  # tests differ without their colours
 MOST_NAMES = 12  # in a legend; more would leave no room for the curves

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from ploughval.report.player.coding import pack, zigzag
 from ploughval.report.player.frames import Moment
 from ploughval.report.stages import increment_at
+from ploughval.report.thinning import thinned_rows
 from ploughval.results import Results
 
-CHART_PX = 720
 _DIGITS = 1e-4  # of the greatest value: the step to which forces are rounded, at most
 _BESIDE_MM = 0.1  # a frame so little beyond the ends of a history or a band has the value of the end
 
@@ -46,30 +46,6 @@ class Values:
     model_beta_deg: float
     band: float
     model_band: float
-
-
-def thinned_rows(u: Floats, values: Floats, pixels: int = CHART_PX) -> NDArray[np.int64]:
-    """Rows that draw the same curve: in every pixel of u the least and the greatest, and the ends of pieces.
-
-    Parameters
-    ----------
-    u, values : (N,) float
-        In the order in which rows are joined; values may have gaps.
-    pixels : int
-        Across the range of u.
-    """
-    good = np.flatnonzero(np.isfinite(u) & np.isfinite(values))
-    if len(good) <= 2 * pixels:
-        return good
-    low, high = float(u[good].min()), float(u[good].max())
-    pixel = np.floor((u[good] - low) * (pixels / max(high - low, 1e-12))).astype(np.int64)
-    piece = np.r_[True, np.diff(good) > 1]
-    keep = {*np.flatnonzero(piece).tolist(), *(np.flatnonzero(np.r_[piece[1:], True])).tolist()}
-    starts = np.flatnonzero(piece | np.r_[True, np.diff(pixel) != 0])
-    for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(good)], strict=True):
-        part = values[good[start:stop]]
-        keep |= {start + int(part.argmin()), start + int(part.argmax())}
-    return np.asarray(good[sorted(keep)], dtype=np.int64)
 
 
 def curve(table: pd.DataFrame, names: Sequence[str]) -> Curve:
