@@ -7,7 +7,6 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pandas as pd
 from PIL import Image
@@ -106,7 +105,8 @@ def make_recorded(
 def _dots_mm(photograph: Path, truth: Truth) -> Floats:
     """Where the painted dots are on the window, (N, 2) mm from the tip at rest."""
     options = truth.options
-    height, width = cv2.imread(str(photograph), cv2.IMREAD_GRAYSCALE).shape
+    with Image.open(photograph) as picture:
+        width, height = picture.size
     x, y = truth.tip_px
     tip = (x if options.direction.sign > 0 else width - 1 - x, y)
     view = View((height, width), tip, options.mm_per_px)
