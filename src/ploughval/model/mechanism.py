@@ -138,11 +138,7 @@ def band_force(
 
 @njit(cache=True, nogil=True)
 def _stationary(area: float, gain: float, top0: float, top1: float, low0: float, low1: float) -> float:
-    """Where (area + gain t)(top0 + top1 t) / (low0 + low1 t) is least; infinite where that is at an end.
-
-    ``low1`` is above zero: a place that is free on ground below the tip's line of sight, y0 > slope x0, gets
-    ever further from locking.
-    """
+    """Where (area + gain t)(top0 + top1 t) / (low0 + low1 t) is least, low1 > 0; infinite: at an end."""
     # in z = low0 + low1 t it is (f0 + f1 z)(g0 + g1 z) / z
     f1, g1 = gain / low1, top1 / low1
     f0, g0 = area - f1 * low0, top0 - g1 * low0
@@ -170,26 +166,22 @@ def cheapest_band(
     for i in range(n - 1):
         x0, y0, width = x[i] - tip, y[i], x[i + 1] - x[i]
         slope = (y[i + 1] - y0) / width
-        gain = 0.5 * (y0 - slope * x0)
+        gain, low1 = 0.5 * (y0 - slope * x0), keep - lose * slope
         if x0 > 0.0:
             seen = min(seen, y0 / x0)
-        if gain > 0.0:
-            top0, top1 = y0 + tan_phi * x0, slope + tan_phi
-            low0, low1 = keep * x0 - lose * y0, keep - lose * slope
+        if low1 > 0.0:  # else every band to the segment locks
             start, stop = 0.0, width
-            if low0 <= 0.0:  # locked at first: free from where the denominator turns positive
-                start = -low0 / low1 * (1.0 + 1e-12) if low1 > 0.0 else width
-            if x0 > 0.0 and y0 > seen * x0:
+            if x0 > 0.0:  # seen from where the segment comes down to the line of sight
                 start = max(start, (y0 - seen * x0) / (seen - slope)) if seen > slope else width
-            start = max(start, -x0)  # a blade that leans back has sand behind its tip
             if slope < 0.0:
                 stop = min(stop, -y0 / slope)  # below the tip no band can end
             if start < stop:
+                top0, top1, low0 = y0 + tan_phi * x0, slope + tan_phi, keep * x0 - lose * y0
                 weight, more = area + load * (x[i] - x[0]), gain + load
                 here = _stationary(weight, more, top0, top1, low0, low1)
                 for at in (start, min(max(here, start), stop), stop):
                     low = low0 + low1 * at
-                    if low > 0.0:
+                    if low > 0.0:  # else it locks, or lies behind the tip of a blade that leans back
                         force = (weight + more * at) * (top0 + top1 * at) * scale / low
                         if force < best:
                             best, place = force, x[i] + at
