@@ -213,6 +213,31 @@ def test_ditch_ahead_draws_the_band_to_its_far_corner():
     assert level > force
 
 
+@pytest.mark.parametrize("slope", [0.25, 0.3, 0.4])
+def test_ground_that_stays_hidden_behind_a_ditch_has_no_outcrop(slope):
+    # the line of sight over the ditch's far corner rises by a quarter: no steeper ground comes into view,
+    # however cheap the bands would be that cross the empty ditch
+    x = np.array([0.0, 30.0, 31.0, 60.0, 61.0, 121.0])
+    y = np.array([30.0, 30.0, 15.0, 15.0, 30.0, 30.0 + 60.0 * slope])
+    force, place = cheapest_band(x, y, 6, *tangents(10.0, 0.0))
+    area = triangles(np.column_stack([x, y])[:4], (0.0, 0.0))[-1]
+    beta = math.degrees(math.atan(0.25))
+    assert place == 60.0
+    assert force == pytest.approx(float(block_force(area, beta, 10.0)), rel=1e-12)
+
+
+def test_node_where_a_band_just_locks_and_slope_along_which_every_band_does_are_passed_over():
+    x, y = np.array([0.0, 30.0, 200.0]), np.array([30.0, 30.0, 30.0])
+    force, place = cheapest_band(x, y, 3, 1.0, 0.0)  # a band to the node at 30 mm rises by 45 degrees
+    assert 0.5 * 30.0 * place * (30.0 / place + 1.0) / (1.0 - 30.0 / place) == pytest.approx(force)
+    assert place == pytest.approx(30.0 * math.tan(math.radians(67.5)), rel=1e-12)
+    x, y = np.array([0.0, 20.0, 400.0]), np.array([30.0, 50.0, 50.0])  # 45 degrees up from the face
+    force, place = cheapest_band(x, y, 3, 1.0, 0.0)
+    best, at = searched(x, y, 45.0, 0.0, load=0.0, lean=0.0)
+    assert force == pytest.approx(best, rel=1e-6)
+    assert place == pytest.approx(at, abs=0.1)
+
+
 def test_cut_of_a_segment_in_two_changes_nothing():
     x, y = rough_ground(7)
     middle = 0.5 * (x[4] + x[5])
