@@ -34,7 +34,7 @@ def settings_tables() -> str:
             if key not in _NO_KEYS and _inner(field, known) is None
         ]
         head = "| key | value | if absent | meaning |\n| --- | --- | --- | --- |\n"
-        parts.append(f"### {place}{needed}\n\n{about[:1].upper()}{about[1:]}.\n\n{head}" + "\n".join(rows))
+        parts.append(f"## {place}{needed}\n\n{about[:1].upper()}{about[1:]}.\n\n{head}" + "\n".join(rows))
     return "\n\n".join(parts) + "\n"
 
 
