@@ -1,6 +1,5 @@
-"""The scripts' shared modules, and one made test whose results are written by hand."""
+"""One made test whose results are written by hand."""
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +9,6 @@ import pytest
 import xarray as xr
 
 from ploughval.synth import EXAMPLE, Truth, adapt, make_folder
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 SMALL = adapt(EXAMPLE, soil={}, frames=12, mm_per_px=0.6, displacement_mm=22.0, rate_hz=20.0, noise_grey=1.0)
 

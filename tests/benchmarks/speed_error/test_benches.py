@@ -7,14 +7,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from speed_error_tables import write_some
 
 from ploughval.errors import ConfigError
 from ploughval.run import benches
 from ploughval.run.benches import Benches, bench_folder, run_benches, write_bench_page
 from speed_error.machine import machine_facts, read_machine, write_machine
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SCRIPT = """import argparse
 from pathlib import Path
 
@@ -73,7 +72,7 @@ def test_every_script_of_the_checkout_has_a_quick_run():
 
 
 @pytest.mark.slow
-def test_an_installed_package_finds_its_scripts_and_makes_the_page(tmp_path):
+def test_an_installed_package_finds_its_scripts_and_makes_the_page(tmp_path, write_some):
     site, ignore = tmp_path / "site", shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "src" / "ploughval", site / "ploughval", ignore=ignore)
     shutil.copytree(ROOT / "benchmarks", site / "ploughval" / "benchmarks", ignore=ignore)
@@ -95,7 +94,7 @@ def test_an_installed_package_finds_its_scripts_and_makes_the_page(tmp_path):
     assert Path(found.stdout.strip()) == site / "ploughval" / "benchmarks"
 
 
-def test_the_page_alone_measures_nothing(tmp_path):
+def test_the_page_alone_measures_nothing(tmp_path, write_some):
     tables = write_some(tmp_path, "model-settings.csv")
     before = {path.name: path.read_bytes() for path in tables.glob("*.csv")}
     written = write_bench_page(tables)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pandas as pd
 import pytest
-from speed_error_tables import TABLES, write_some, write_tables
 
 from ploughval.errors import ConfigError
 from ploughval.run.benches import write_bench_page
@@ -14,8 +13,13 @@ from speed_error.words import BUSY, against, change, dominance, shown
 from speed_error_page import PAGE, README, SUBJECTS, alt_of, page_of, verdict, write_page
 
 
+def change(path, old, new):
+    """Put other text into a table."""
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, write_tables):
     return write_tables(tmp_path_factory.mktemp("tables"))
 
 
@@ -51,14 +55,14 @@ def test_the_page_needs_no_other_file_and_weighs_less_than_a_megabyte(folder, wr
     assert not re.search(r'(?:src|href)="(?!#|data:)[^"]*"', page.split("<body>")[1])
 
 
-def test_the_same_tables_give_the_same_bytes(tmp_path):
+def test_the_same_tables_give_the_same_bytes(tmp_path, write_some):
     folder = write_some(tmp_path, "model-settings.csv", "compare.csv")
     before = {path.name: path.read_bytes() for path in write_page(folder)}
     assert len(before) == 4
     assert {path.name: path.read_bytes() for path in write_page(folder)} == before
 
 
-def test_numbers_in_the_sentences_are_those_of_the_tables(tmp_path):
+def test_numbers_in_the_sentences_are_those_of_the_tables(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     for name, column, build in (
         ("model-settings.csv", "switch_error_pct", SUBJECTS["model"]),
@@ -74,21 +78,27 @@ def test_numbers_in_the_sentences_are_those_of_the_tables(tmp_path):
         assert "0.0777" in build(folder).choice[0], name
 
 
-def test_where_the_conclusion_flips_the_sentence_flips(tmp_path):
+def test_where_the_conclusion_flips_the_sentence_flips(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     before = SUBJECTS["force"](folder).choice
     assert any("a bandwidth of 2 Hz leaves least" in text for text in before)
-    text = TABLES["force-settings.csv"].replace(",none,True,5000,100,1.2,", ",none,True,5000,100,0.1,")
+    text = (
+        (folder / "force-settings.csv")
+        .read_text(encoding="utf-8")
+        .replace(",none,True,5000,100,1.2,", ",none,True,5000,100,0.1,")
+    )
     (folder / "force-settings.csv").write_text(text, encoding="utf-8")
     after = SUBJECTS["force"](folder).choice
     assert "Smoothing to a bandwidth gains nothing for this noise." in after
     assert not any("leaves least" in text for text in after)
 
 
-def test_intervals_that_do_not_hold_are_named_and_others_are_not(tmp_path):
+def test_intervals_that_do_not_hold_are_named_and_others_are_not(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     assert any("1 (the 95 % intervals hold 13 %)" in text for text in SUBJECTS["force"](folder).choice)
-    text = TABLES["force-settings.csv"].replace(",0.7,13,17,17", ",0.7,95,17,17")
+    text = (
+        (folder / "force-settings.csv").read_text(encoding="utf-8").replace(",0.7,13,17,17", ",0.7,95,17,17")
+    )
     (folder / "force-settings.csv").write_text(text, encoding="utf-8")
     assert not any("intervals hold" in text for text in SUBJECTS["force"](folder).choice)
 
@@ -145,7 +155,7 @@ def test_the_verdict_counts_figures_reached_by_the_defaults(subjects):
     assert verdict([missed]).startswith("The defaults reach 1 of 2 figures")
 
 
-def test_a_part_that_was_not_measured_is_named_with_its_command(tmp_path):
+def test_a_part_that_was_not_measured_is_named_with_its_command(tmp_path, write_some):
     folder = write_some(tmp_path, "compare.csv")
     write_page(folder)
     assert "Run: ploughval bench fit" in (folder / PAGE).read_text(encoding="utf-8")
@@ -153,9 +163,13 @@ def test_a_part_that_was_not_measured_is_named_with_its_command(tmp_path):
     assert not (folder / "fit.png").exists()
 
 
-def test_settings_that_look_like_markup_stay_text(tmp_path):
+def test_settings_that_look_like_markup_stay_text(tmp_path, write_tables):
     folder = write_tables(tmp_path)
-    text = TABLES["model-settings.csv"].replace("tolerance,0.01,", "tolerance,<b>x</b>,")
+    text = (
+        (folder / "model-settings.csv")
+        .read_text(encoding="utf-8")
+        .replace("tolerance,0.01,", "tolerance,<b>x</b>,")
+    )
     (folder / "model-settings.csv").write_text(text, encoding="utf-8")
     page = page_of(folder, [SUBJECTS["model"](folder)], [], [])
     assert "<b>x</b>" not in page
@@ -174,12 +188,14 @@ def test_a_folder_without_tables_is_refused(tmp_path):
         write_bench_page(tmp_path)
 
 
-def test_what_threads_gain_is_told_by_a_quiet_machine_alone(tmp_path):
+def test_what_threads_gain_is_told_by_a_quiet_machine_alone(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     told = SUBJECTS["sequences"](folder).choice
     assert "Two threads take 55 ms a photograph, 2 times as fast as one." in told
-    text = TABLES["sequences.csv"].replace(
-        "threads,2,False,100,10,105,55,", "threads,2,False,100,10,105,400,"
+    text = (
+        (folder / "sequences.csv")
+        .read_text(encoding="utf-8")
+        .replace("threads,2,False,100,10,105,55,", "threads,2,False,100,10,105,400,")
     )
     (folder / "sequences.csv").write_text(text, encoding="utf-8")
     told = SUBJECTS["sequences"](folder).choice

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 TABLES = {
     "piv-settings.csv": """case,subset,order,spline,shape,step_px,workers,points,points_s,cpu_us,rmse_px,bias_px,times_bound,near_rmse_px,star_period_px,valid
 """,  # noqa: E501
@@ -73,7 +75,7 @@ SETTINGS = (
 """Subset, order, spline, shape, step, threads; error and time over the default's."""
 
 
-def write_tables(folder: Path) -> Path:
+def _write_tables(folder: Path) -> Path:
     """Write all of them into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in TABLES.items():
@@ -102,9 +104,19 @@ def write_tables(folder: Path) -> Path:
     return folder
 
 
-def write_some(folder: Path, *names: str) -> Path:
+def _write_some(folder: Path, *names: str) -> Path:
     """Write those that are named alone: a page of few figures is soon made."""
-    for path in write_tables(folder).glob("*.csv"):
+    for path in _write_tables(folder).glob("*.csv"):
         if path.name not in names:
             path.unlink()
     return folder
+
+
+@pytest.fixture(scope="session")
+def write_tables():
+    return _write_tables
+
+
+@pytest.fixture(scope="session")
+def write_some():
+    return _write_some
