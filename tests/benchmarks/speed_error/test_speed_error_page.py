@@ -13,7 +13,7 @@ from speed_error.words import BUSY, against, change, dominance, shown
 from speed_error_page import PAGE, README, SUBJECTS, alt_of, page_of, verdict, write_page
 
 
-def change(path, old, new):
+def rewrite(path, old, new):
     """Put other text into a table."""
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
 
@@ -82,12 +82,7 @@ def test_where_the_conclusion_flips_the_sentence_flips(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     before = SUBJECTS["force"](folder).choice
     assert any("a bandwidth of 2 Hz leaves least" in text for text in before)
-    text = (
-        (folder / "force-settings.csv")
-        .read_text(encoding="utf-8")
-        .replace(",none,True,5000,100,1.2,", ",none,True,5000,100,0.1,")
-    )
-    (folder / "force-settings.csv").write_text(text, encoding="utf-8")
+    rewrite(folder / "force-settings.csv", ",none,True,5000,100,1.2,", ",none,True,5000,100,0.1,")
     after = SUBJECTS["force"](folder).choice
     assert "Smoothing to a bandwidth gains nothing for this noise." in after
     assert not any("leaves least" in text for text in after)
@@ -96,10 +91,7 @@ def test_where_the_conclusion_flips_the_sentence_flips(tmp_path, write_tables):
 def test_intervals_that_do_not_hold_are_named_and_others_are_not(tmp_path, write_tables):
     folder = write_tables(tmp_path)
     assert any("1 (the 95 % intervals hold 13 %)" in text for text in SUBJECTS["force"](folder).choice)
-    text = (
-        (folder / "force-settings.csv").read_text(encoding="utf-8").replace(",0.7,13,17,17", ",0.7,95,17,17")
-    )
-    (folder / "force-settings.csv").write_text(text, encoding="utf-8")
+    rewrite(folder / "force-settings.csv", ",0.7,13,17,17", ",0.7,95,17,17")
     assert not any("intervals hold" in text for text in SUBJECTS["force"](folder).choice)
 
 
@@ -165,12 +157,7 @@ def test_a_part_that_was_not_measured_is_named_with_its_command(tmp_path, write_
 
 def test_settings_that_look_like_markup_stay_text(tmp_path, write_tables):
     folder = write_tables(tmp_path)
-    text = (
-        (folder / "model-settings.csv")
-        .read_text(encoding="utf-8")
-        .replace("tolerance,0.01,", "tolerance,<b>x</b>,")
-    )
-    (folder / "model-settings.csv").write_text(text, encoding="utf-8")
+    rewrite(folder / "model-settings.csv", "tolerance,0.01,", "tolerance,<b>x</b>,")
     page = page_of(folder, [SUBJECTS["model"](folder)], [], [])
     assert "<b>x</b>" not in page
     assert "&lt;b&gt;x" in page
@@ -192,12 +179,7 @@ def test_what_threads_gain_is_told_by_a_quiet_machine_alone(tmp_path, write_tabl
     folder = write_tables(tmp_path)
     told = SUBJECTS["sequences"](folder).choice
     assert "Two threads take 55 ms a photograph, 2 times as fast as one." in told
-    text = (
-        (folder / "sequences.csv")
-        .read_text(encoding="utf-8")
-        .replace("threads,2,False,100,10,105,55,", "threads,2,False,100,10,105,400,")
-    )
-    (folder / "sequences.csv").write_text(text, encoding="utf-8")
+    rewrite(folder / "sequences.csv", "threads,2,False,100,10,105,55,", "threads,2,False,100,10,105,400,")
     told = SUBJECTS["sequences"](folder).choice
     assert BUSY in told
     assert not any("Two threads" in sentence for sentence in told)
