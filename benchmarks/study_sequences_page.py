@@ -41,7 +41,8 @@ CASES = """
 
 The base: blade 30 mm deep, travel 55 mm in {frames} photographs of 8 px/mm, noise of 2 grey levels, sand
 of 40/33 degrees, five dyed layers. Each other case changes what its name says; the last ones change
-several things at once.
+several things at once. Cases run two at a time, and the machine may do other work beside them: their seconds
+tell nothing, those of `speed.csv` below do.
 
 {table}
 
