@@ -97,6 +97,7 @@ class SimulationPlots:
         from ploughval.report.stages import stage_at, view
 
         u = self._simulation.end_mm if u_mm is None else u_mm
+        self._simulation.surface(u)  # a displacement that is not reached is refused here
         shown = self._results(u)
         extent, stage = view(shown), stage_at(shown, 0)
         return layers_figure(

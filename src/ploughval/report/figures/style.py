@@ -102,6 +102,15 @@ def styled(plot: Callable[P, R]) -> Callable[P, R]:
     return wrapped
 
 
+class HouseFigure(Figure):
+    """A figure that a notebook shows as it stands, whether pyplot is there or not."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, float]]:
+        """The picture, and the size at which it is shown, px."""
+        width, height = (float(side) * self.get_dpi() for side in self.get_size_inches())
+        return _png(self), {"width": width, "height": height}
+
+
 def new_figure(
     height_in: float = 0.0, *, width_in: float = WIDTH_IN, picture_in: float = 0.0, text_in: float = 0.0
 ) -> Figure:
@@ -115,7 +124,7 @@ def new_figure(
         Width on the page.
     """
     size = look.figure_size(height_in, width_in=width_in, picture_in=picture_in, text_in=text_in)
-    return Figure(figsize=size, layout="constrained")
+    return HouseFigure(figsize=size, layout="constrained")
 
 
 def plain(text: str, length: int = 48) -> str:
@@ -163,6 +172,14 @@ def to_svg(figure: Figure, key: str, alt: str) -> str:
     view = re.search(r'viewBox="[^"]*"', source)
     body = compact(re.sub(r"data:image/png;base64,([^\"]+)", _lighter, source), key, _themed)
     return f'<svg {view.group(0) if view else ""} role="img" aria-label="{escaped(alt)}">{body}</svg>'
+
+
+@styled
+def _png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
 
 
 @styled
