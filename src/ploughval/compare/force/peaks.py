@@ -94,8 +94,7 @@ def find_extremes(
     both = np.concatenate([tops, lows])
     peaks, troughs = _Extremes.of(curve, tops, both, 1), _Extremes.of(curve, lows, both, -1)
     drop = peaks.force_N - troughs.force_N
-    gain = curve.shared.gain if curve.step_mm > 0 else 0.0
-    drop_std = np.sqrt(peaks.fresh_std_N**2 + troughs.fresh_std_N**2 + (gain * drop) ** 2)
+    drop_std = np.sqrt(peaks.fresh_std_N**2 + troughs.fresh_std_N**2 + (curve.shared.gain * drop) ** 2)
     troughs = _Extremes._make(values[inner] for values in troughs)
     unknown = np.full((3, int(inner.sum())), np.nan)
     columns = [
@@ -138,10 +137,8 @@ def _spacings(u_mm: Floats, std_mm: Floats) -> tuple[Floats, Floats]:
 
 def _lows(force: Floats, tops: NDArray[np.intp]) -> NDArray[np.intp]:
     """The lowest point between each peak and the next, or the end."""
-    ends = np.append(tops[1:], force.size - 1)[: len(tops)]
-    return np.array(
-        [a + int(np.argmin(force[a : b + 1])) for a, b in zip(tops, ends, strict=True)], dtype=np.intp
-    )
+    ends = np.append(tops[1:], force.size)[: len(tops)]
+    return np.array([a + int(np.argmin(force[a:b])) for a, b in zip(tops, ends, strict=True)], dtype=np.intp)
 
 
 def _without_rebounds(curve: Curve, tops: NDArray[np.intp], rebound_mm: float) -> NDArray[np.intp]:
@@ -186,6 +183,6 @@ def _near(curve: Curve, k: int, sign: int) -> tuple[int, int]:
     # Six noise widths down the flank no neighbour belongs to this extreme any more.
     away = np.flatnonzero(force <= limit - 3 * curve.noise_std_N[k])
     left = int(away[away < k].max(initial=-1)) + 1
-    right = int(away[away > k].min(initial=force.size)) - 1
-    near = left + np.flatnonzero(force[left : right + 1] >= limit)
+    right = int(away[away > k].min(initial=force.size))
+    near = left + np.flatnonzero(force[left:right] >= limit)
     return int(near[0]), int(near[-1])
