@@ -47,6 +47,7 @@ def zigzag(heights):
 def test_thirty_teeth_are_ripple_and_fewer_are_bands():
     assert ripple_prominence(zigzag(np.full(30, 2.0))) == pytest.approx(2.5 * 2.0)
     assert ripple_prominence(zigzag(np.full(29, 2.0))) == 0.0
+    assert ripple_prominence(zigzag(np.full(30, 0.25))) == pytest.approx(2.5 * 0.25)  # however small
 
 
 def test_ripple_is_what_four_fifths_of_the_teeth_stay_below():
@@ -93,6 +94,23 @@ def test_rebound_is_lower_and_near_and_before_a_deeper_fall():
     assert peaks([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], twice, 5.0) == [0.0]
     higher = [20.0, 10.0, 14.0, 6.0, 9.0, 7.0, 8.0]
     assert peaks([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], higher, 5.0) == [0.0, 4.0]
+
+
+def test_rebound_belongs_to_the_peak_before_it_and_a_higher_peak_is_none():
+    def peaks(u, force, rebound_mm):
+        return of_kind(find_extremes(exact(u, force), 1.0, rebound_mm=rebound_mm), "peak")["u_mm"].tolist()
+
+    u = [0.0, 1.0, 20.0, 21.0, 22.0, 24.0, 26.0]
+    assert peaks(u, [20.0, 5.0, 30.0, 12.0, 15.0, 6.0, 9.0], 4.0) == [0.0, 20.0]
+    assert peaks(u, [20.0, 5.0, 30.0, 12.0, 35.0, 6.0, 9.0], 4.0) == [0.0, 20.0, 22.0]
+
+
+def test_force_is_taken_to_rise_from_zero():
+    # a first peak stands as high as it is, however low the force falls after it
+    table = find_extremes(exact([0.0, 1.0, 2.0, 3.0], [3.0, -0.5, 9.0, 4.0]), 1.0)
+    assert of_kind(table, "peak")["prominence_N"].tolist() == [3.0, 5.0]
+    small = find_extremes(exact([0.0, 1.0, 2.0, 3.0], [0.3, 0.1, 0.9, 0.4]), 0.05)
+    assert of_kind(small, "peak")["u_mm"].tolist() == [0.0, 2.0]
 
 
 def test_table_is_in_order_of_travel_and_has_the_columns_that_are_documented():
@@ -148,3 +166,67 @@ def test_blunt_top_between_near_troughs_is_as_uncertain_as_it_is_wide_and_cut_of
     own = np.hypot(1.0 / np.sqrt(12.0), 0.5)  # a rectangle over the top, and its middle half a mm away
     assert peak["u_std_mm"] == pytest.approx(np.hypot(own, 0.5 / np.sqrt(3.0)))
     assert peak["force_std_N"] == pytest.approx(np.sqrt(0.1**2 + 2.5**2 / 3.0 + 0.2**2))
+
+
+def between_troughs(top, noise_N=0.125):
+    """A curve with a higher peak, then points of a top between two troughs that stand close."""
+    force = [0.0, 10.0, 20.0, 30.0, 20.0, 10.0, 0.0, *top, 0.0, 10.0, 20.0, 30.0, 31.0]
+    n = len(force)
+    return Curve(np.arange(float(n)), np.array(force), np.full(n, noise_N), np.zeros(n), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("top", "near_mm"),
+    [
+        ((15.0, 14.625), 1.0),  # three noise widths down
+        ((15.0, 14.5625), 0.0),  # 3.5
+        ((15.0, 14.375, 14.75), 2.0),  # beyond a dip of 5
+        ((15.0, 14.25, 14.75), 0.0),  # beyond a dip of 6: a neighbour
+        ((15.0, 14.1875, 14.75), 0.0),
+        ((14.75, 14.1875, 15.0), 0.0),
+        ((14.75, 14.375, 15.0), 2.0),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_points_within_three_noise_widths_and_no_dip_of_six_are_of_the_top(top, near_mm, sign):
+    curve = between_troughs(top)
+    if sign < 0:  # the same upside down, from 40 N on: a trough
+        curve = Curve(curve.u_mm, 40.0 - curve.force_N, curve.noise_std_N, curve.shared_std_N, 1.0)
+    table = find_extremes(curve, 3.0)
+    place = 7.0 + top.index(15.0)
+    row = table[(table["kind"] == ("peak" if sign > 0 else "trough")) & (table["u_mm"] == place)].iloc[0]
+    # a rectangle over the top, at least a step wide, and its middle off the highest point
+    assert row["u_std_mm"] == pytest.approx(np.hypot(max(near_mm, 1.0) / np.sqrt(12.0), 0.5 * near_mm))
+    assert row["force_std_N"] == pytest.approx(0.125)
+
+
+def test_spacing_is_as_uncertain_as_both_its_ends():
+    sharp = [0.0, 6.0, 12.0, 18.0, 24.0, 30.0, 24.0, 18.0, 12.0, 6.0, 0.0]
+    force = np.array([*sharp, 15.0, 14.8, *sharp])
+    curve = Curve(np.arange(24.0), force, np.full(24, 0.1), np.zeros(24), 1.0)
+    peaks = of_kind(find_extremes(curve, 3.0), "peak")
+    std = peaks["u_std_mm"].to_numpy()
+    assert len(std) == 3
+    assert std[1] > 1.5 * std[0]
+    np.testing.assert_allclose(peaks["spacing_std_mm"][:-1], np.hypot(std[1:], std[:-1]))
+    np.testing.assert_allclose(peaks["spacing_mm"][:-1], np.diff(peaks["u_mm"]))
+
+
+def test_points_of_the_models_curve_are_taken_as_they_are():
+    # many points, a rounded top: of a log the flanks' corner would be asked for
+    u = np.linspace(0.0, 20.0, 81)
+    force = 10.0 - 0.08 * np.abs(u - 9.0) ** 1.2
+    peak = find_extremes(exact(u, force), 0.2).iloc[0]
+    assert (peak["u_mm"], peak["force_N"], peak["u_std_mm"], peak["force_std_N"]) == (9.0, 10.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("after", "found"), [(4, True), (3, False)])
+def test_corner_of_a_last_trough_needs_four_points_to_the_end(after, found):
+    curve = averaged([0.0, 10.0, 12.02, 15.0], [5.0, 20.0, 8.0, 20.0], shared_std_N=np.zeros_like)
+    last = int(np.argmin(np.where(curve.u_mm > 10.0, curve.force_N, np.inf))) + after
+    cut = Curve(
+        *(v[: last + 1] for v in (curve.u_mm, curve.force_N, curve.noise_std_N, curve.shared_std_N)), STEP
+    )
+    trough = of_kind(find_extremes(cut, 0.5), "trough").iloc[0]
+    assert (trough["u_mm"] == pytest.approx(12.02, abs=1e-9)) == found
+    assert (trough["force_N"] == pytest.approx(8.0, abs=1e-9)) == found
