@@ -22,6 +22,7 @@ ENDINGS = frozenset(
 )
 _LUMA_FORMATS = {b"I420": 8, b"Y42B": 8, b"444P": 8, b"Y800": 8, b"Y1\0\x10": 16}
 """Formats of samples whose first plane is grey, and its bits; others are converted to colours of 8 bits."""
+_ERRORS = 2  # level of OpenCV's log: errors and what is worse
 
 
 def video_header(path: Path) -> Header:
@@ -103,12 +104,13 @@ def _open(path: Path) -> Any:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Without OpenCV's warning, for each frame, that luma of full range is taken as it is."""
-    level = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    log: Any = getattr(cv2.utils, "logging", cv2)  # OpenCV 4 has the two functions at its top
+    level = log.getLogLevel()
+    log.setLogLevel(_ERRORS)
     try:
         yield
     finally:
-        cv2.utils.logging.setLogLevel(level)
+        log.setLogLevel(level)
 
 
 def _format(capture: Any) -> bytes:
