@@ -64,10 +64,10 @@ def test_faults_stand_before_warnings(results):
 
 def test_long_tracks_hold_each_value_once_at_its_photograph_and_point(results):
     tracks = results.tracks.copy(deep=True)
-    tracks["status"][2, 7] = int(Status.BURIED)
+    tracks["status"][2, 7], tracks["status"][3, 7] = int(Status.BURIED), 99  # of a later version
     table = tracks_table(tracks).set_index(["frame", "point"])
     assert len(table) == tracks["x_mm"].size
-    assert table.loc[(2, 7), "status"] == "buried"
+    assert table.loc[[(2, 7), (3, 7), (4, 7)], "status"].tolist() == ["buried", "unknown", "ok"]
     for frame, point in ((0, 0), (2, 7), (12, 100)):
         row = table.loc[(frame, point)]
         assert row["x_mm"] == tracks["x_mm"].to_numpy()[frame, point]

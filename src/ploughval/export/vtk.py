@@ -15,7 +15,7 @@ from ploughval.export.vtk_words import README, readme
 from ploughval.export.vtk_xml import Lines, collection, poly_data
 
 ENDINGS = frozenset({".vtp", ".pvd", ".md"})
-SOURCES = ("tracks", "dye", "model")
+SOURCES = {"tracks": 0, "dye": 1, "model": 2}
 _LAYERED = (("layers.csv", "layers"), ("model/layers.csv", "model_layers"))
 _SURFACES = (("surface.csv", "surface"), ("model/surface.csv", "model_surface"))
 _BANDS = (("bands.csv", "all_bands"), ("model/bands.csv", "all_model_bands"))
@@ -87,7 +87,7 @@ def _single(contents: Contents) -> Iterator[tuple[str, Lines]]:
 
 def _by_frame(table: pd.DataFrame, made: Callable[[pd.DataFrame], Lines]) -> Series:
     """The rows of each photograph as lines; photographs without any are left out."""
-    found = {int(str(frame)): made(rows) for frame, rows in table.groupby("frame")}
+    found = {int(float(str(frame))): made(rows) for frame, rows in table.groupby("frame")}
     return {frame: lines for frame, lines in found.items() if len(lines.counts)}
 
 
@@ -109,10 +109,8 @@ def measured_points(tracks: xr.Dataset) -> Series:
 def lost_points(tracks: xr.Dataset) -> Series:
     """Points without a place in a photograph, where they were measured last, and why."""
     frames = _frames(tracks)
-    last, since = (
-        _places(tracks, "x0_mm", "y0_mm"),
-        np.full(tracks.sizes["point"], frames[0] if frames else 0),
-    )
+    last = _places(tracks, "x0_mm", "y0_mm")
+    since = np.full(tracks.sizes["point"], frames[0] if frames else 0)
     made = {}
     for row, frame in enumerate(frames):
         place = _places(tracks, "x_mm", "y_mm", row)
@@ -149,7 +147,7 @@ def layer_lines(rows: pd.DataFrame) -> Lines:
     lines = _unbroken(rows, ["layer", "source"])
     heads = lines.on_points
     first = np.cumsum(lines.counts) - lines.counts
-    source = np.array([SOURCES.index(word) for word in heads["source"][first]], dtype=np.int64)
+    source = np.array([SOURCES.get(word, -1) for word in heads["source"][first]], dtype=np.int64)
     on_lines = {"layer_mm": heads["layer"][first], "source": source}
     return Lines(lines.points, lines.counts, {"std_mm": heads["std_mm"]}, on_lines, lines.about)
 

@@ -12,7 +12,7 @@ _ABOUT = {
     "lost": "Points without a place in a photograph, where they were measured last. status says why, "
     "last_frame when that was.",
     "layers": "Tracer layers, a polyline for each unbroken piece. layer_mm (initial height), source (0 "
-    "tracked points, 1 dyed sand), std_mm (of the place).",
+    "tracked points, 1 dyed sand, -1 another), std_mm (of the place).",
     "model_layers": "The model's tracer layers. source: 2.",
     "surface": "The free surface.",
     "model_surface": "The model's free surface.",

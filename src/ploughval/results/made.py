@@ -138,9 +138,9 @@ def tracks_table(tracks: xr.Dataset | None) -> pd.DataFrame | None:
             values = tracks[name].to_numpy()
             across = values[:, None] if variable.dims == ("frame",) else values
             columns[name] = np.broadcast_to(across, shape).ravel()
-    words = np.array([status.meaning for status in Status], dtype=object)
-    columns["status"] = words[columns["status"].astype(np.int64)]
-    return pd.DataFrame(columns)
+    table = pd.DataFrame(columns)
+    words = table["status"].map({int(status): status.meaning for status in Status})
+    return table.assign(status=words.fillna("unknown").astype(str))
 
 
 def _table(rows: list[dict[str, object]], told: TableFile) -> pd.DataFrame:
