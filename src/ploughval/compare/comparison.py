@@ -9,7 +9,7 @@ import pandas as pd
 from ploughval.compare.bands.metrics import band_metrics
 from ploughval.compare.case import Case
 from ploughval.compare.ensemble import draw_ensemble
-from ploughval.compare.force.curve import measured_curve
+from ploughval.compare.force.curve import Curve, measured_curve
 from ploughval.compare.force.metrics import compare_force
 from ploughval.compare.friction_metrics import friction_metrics, unread_friction
 from ploughval.compare.lines.metrics import layer_metrics, surface_metrics
@@ -112,12 +112,8 @@ def compare_test(
     found, shapes = _compare_shapes(case, bands, layers, surface)
     metrics += found
     if curve is not None and bands is not None and surface is not None and scene.soil is not None:
-        if scene.blade.inclination_deg == 0.0:
-            friction = read_friction(scene, curve, bands, surface, increments)
-            mobilised = mobilised_table(scene, curve, bands, surface, friction.origins_mm, increments)
-            metrics += friction_metrics(case, mobilised, friction)
-        else:
-            metrics += unread_friction(case)
+        found, friction, mobilised = _compare_friction(case, curve, bands, surface, increments)
+        metrics += found
     return Comparison(
         tuple(metrics),
         mobilised=mobilised,
@@ -128,6 +124,17 @@ def compare_test(
         force_envelope=envelope,
         **shapes,
     )
+
+
+def _compare_friction(
+    case: Case, curve: Curve, bands: pd.DataFrame, surface: pd.DataFrame, increments: pd.DataFrame | None
+) -> tuple[list[Metric], FrictionFindings | None, pd.DataFrame | None]:
+    """Friction mobilised on the bands; before a blade that leans it is not read."""
+    if case.scene.blade.inclination_deg != 0.0:
+        return unread_friction(case), None, None
+    friction = read_friction(case.scene, curve, bands, surface, increments)
+    mobilised = mobilised_table(case.scene, curve, bands, surface, friction.origins_mm, increments)
+    return friction_metrics(case, mobilised, friction), friction, mobilised
 
 
 def _compare_shapes(

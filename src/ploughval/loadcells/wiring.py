@@ -151,12 +151,7 @@ def wiring_of(
     wiring = recognise(net, response, geometry, depth_mm)
     if wiring is None:
         several = len(_possible(net, response, geometry, depth_mm)) > 1
-        ways = "more than one other order or sign" if several else "no other order or sign"
-        faults.append(
-            f"the mean force is {force:.4g} N and acts {arm:.4g} mm above the tip, where no sand can press "
-            f"on the blade, and {ways} of the cells explains it: check spacing_mm, lower_to_tip_mm, the "
-            "columns and the calibration"
-        )
+        faults.append(_unexplained(force, arm, several=several))
         return AS_LOGGED
     if wiring.words:
         faults.append(
@@ -164,6 +159,15 @@ def wiring_of(
             "they should be; correct [loadcells.columns] or the signs of the calibration"
         )
     return wiring
+
+
+def _unexplained(force: float, arm: float, *, several: bool) -> str:
+    ways = "more than one other order or sign" if several else "no other order or sign"
+    return (
+        f"the mean force is {force:.4g} N and acts {arm:.4g} mm above the tip, where no sand can press "
+        f"on the blade, and {ways} of the cells explains it: check spacing_mm, lower_to_tip_mm, the "
+        "columns and the calibration"
+    )
 
 
 def _loads(log: RunLog) -> tuple[Floats, Floats] | None:

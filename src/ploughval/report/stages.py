@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ploughval.report.blocks import Chapter, Pen
+from ploughval.report.blocks import Chapter, Drawing, Pen
 from ploughval.report.differences import differences_at, distance_parts
 from ploughval.report.figures import Side, Stage, layers_figure
 from ploughval.report.figures.layers import Extent, Picture, Points, stage
@@ -169,30 +170,32 @@ def layers_chapter(
         if photographs is not None and picture is None and not photographs.missing:
             unread.append(frame)
         one = stage_at(results, frame, picture)
-        u = one.u_mm
         figure = layers_figure(
             one.predicted,
             one.measured,
-            u_mm=u,
+            u_mm=one.u_mm,
             depth_mm=results.depth_mm or extent[3],
             extent=extent,
             thickness_mm=results.thickness_mm,
             differences=differences.get(frame),
         )
-        drawings.append(
-            pen.draw(
-                figure,
-                f"Tracer layers at u = {u:.1f} mm: predicted above, measured below"
-                + (", coloured by their distance from the predicted ones." if frame in differences else "."),
-                f"Frame {frame}, u = {u:.1f} mm.",
-                name=f"layers-f{frame:03d}",
-                data=("layers.csv", "surface.csv", "model/layers.csv", "model/surface.csv"),
-            )
-        )
+        drawings.append(_drawn(pen, figure, frame, one.u_mm, coloured=frame in differences))
     notes = [photographs.missing] if photographs is not None and photographs.missing else []
     notes += [f"The photograph of frame {frame} is not shown: it cannot be read." for frame in unread]
     whole, tables = distance_parts(results, pen)
     return Chapter("layers", title, lead=lead, grid=drawings, drawings=whole, tables=tables, notes=notes)
+
+
+def _drawn(pen: Pen, figure: Figure, frame: int, u_mm: float, *, coloured: bool) -> Drawing:
+    """The layers of one stage with their words."""
+    how = ", coloured by their distance from the predicted ones." if coloured else "."
+    return pen.draw(
+        figure,
+        f"Tracer layers at u = {u_mm:.1f} mm: predicted above, measured below{how}",
+        f"Frame {frame}, u = {u_mm:.1f} mm.",
+        name=f"layers-f{frame:03d}",
+        data=("layers.csv", "surface.csv", "model/layers.csv", "model/surface.csv"),
+    )
 
 
 def stage_at(results: Results, frame: int, picture: Picture | None = None) -> Stage:

@@ -87,13 +87,18 @@ def fit_folder(
         )
         if measured.friction is None:
             fitted = replace(fitted, remarks=(*fitted.remarks, UNCOMPENSATED))
-        with unwritable(path):  # it says that the tables are there: it goes first and comes last
-            path.unlink(missing_ok=True)
-        write_csv(results / "fit_force.csv", fitted.curve, CURVE_COLUMNS)
-        write_csv(results / "fit_profiles.csv", fitted.profiles, PROFILE_COLUMNS)
-        write_csv(results / "fit_landscape.csv", fitted.landscape, LANDSCAPE_COLUMNS)
-        write_json(path, {"test": scene.test.name, **fitted.to_json()})
+        _write_fit(path, fitted, scene.test.name)
     return fitted, path
+
+
+def _write_fit(path: Path, fitted: SoilFit, test: str) -> None:
+    """Write fit.json, which says that the tables are there: it goes first and comes last."""
+    with unwritable(path):
+        path.unlink(missing_ok=True)
+    write_csv(path.with_name("fit_force.csv"), fitted.curve, CURVE_COLUMNS)
+    write_csv(path.with_name("fit_profiles.csv"), fitted.profiles, PROFILE_COLUMNS)
+    write_csv(path.with_name("fit_landscape.csv"), fitted.landscape, LANDSCAPE_COLUMNS)
+    write_json(path, {"test": test, **fitted.to_json()})
 
 
 def shared_errors(curve: Curve, measured: ForceResult) -> SharedErrors:

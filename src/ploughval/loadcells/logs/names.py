@@ -9,7 +9,6 @@ from ploughval.loadcells.logs.units import named_unit, stem_and_unit, unit_facto
 from ploughval.scene import LogColumns
 
 VALUE_COLUMNS = ("displacement_mm", "moment_upper", "moment_lower")
-TABLE_COLUMNS = ("time_s", *VALUE_COLUMNS)
 KINDS = {"time_s": "time", "displacement_mm": "length", "moment_upper": "moment", "moment_lower": "moment"}
 
 

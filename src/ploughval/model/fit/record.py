@@ -89,15 +89,7 @@ def read_record(
     """
     u, force, std = (np.array(v, float) for v in np.broadcast_arrays(u_mm, force_N, noise_std_N))
     count = len(u)
-    keep = np.isfinite(u) & np.isfinite(force) & (u >= 0.0)
-    if keep.sum() <= max(least, 3):
-        raise DataError(
-            f"{keep.sum()} rows of the force record are usable; more than {max(least, 3)} are needed"
-        )
-    order = np.argsort(u[keep], kind="stable")
-    u, force, std = u[keep][order], force[keep][order], std[keep][order]
-    good = np.isfinite(std) & (std > 0.0)
-    std[~good] = np.median(std[good]) if good.any() else 0.01 * np.abs(force).max()
+    u, force, std = _usable(u, force, std, max(least, 3))
     smooth, rows = _running_mean(u, force, WINDOW_DEPTHS * depth_mm)
     noise = max(float(np.median(std)) / np.sqrt(rows), _noise_seen(smooth, rows))
     threshold = max(LEAST_DROP, NOISES * noise / max(float(np.median(np.abs(force))), 1e-12))
@@ -125,6 +117,18 @@ def read_record(
         threshold,
         count - (last - first),
     )
+
+
+def _usable(u: Floats, force: Floats, std: Floats, least: int) -> tuple[Floats, Floats, Floats]:
+    """Rows with a force, in order of displacement, each with a noise."""
+    keep = np.isfinite(u) & np.isfinite(force) & (u >= 0.0)
+    if keep.sum() <= least:
+        raise DataError(f"{keep.sum()} rows of the force record are usable; more than {least} are needed")
+    order = np.argsort(u[keep], kind="stable")
+    u, force, std = u[keep][order], force[keep][order], std[keep][order]
+    good = np.isfinite(std) & (std > 0.0)
+    std[~good] = np.median(std[good]) if good.any() else 0.01 * np.abs(force).max()
+    return u, force, std
 
 
 def _running_mean(u: Floats, force: Floats, window_mm: float) -> tuple[Floats, int]:
