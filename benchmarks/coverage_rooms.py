@@ -77,7 +77,7 @@ def _row(room: str, files: Iterable[Lines]) -> list[object]:
 
 def _percent(run: Iterable[object], lines: Iterable[object]) -> float:
     every = set(lines)
-    return 100.0 * len(every & set(run)) / max(len(every), 1)
+    return 100.0 * len(every & set(run)) / len(every) if every else 100.0
 
 
 def write(out: Path, files: Sequence[Lines], least: float) -> None:

@@ -45,5 +45,6 @@ def test_files_below_the_least_share_are_listed_lowest_first(tmp_path):
         Lines(PACKAGE / name, frozenset(range(10)), frozenset(), frozenset(range(run)))
         for name, run in (("a.py", 8), ("b.py", 9), ("c.py", 1))
     ]
+    files.append(Lines(PACKAGE / "empty.py", frozenset(), frozenset(), frozenset()))
     coverage_rooms.write(tmp_path, files, 90.0)
     assert Path(tmp_path / "files.csv").read_text() == "file,lines,run_percent\nc.py,10,10.0\na.py,10,80.0\n"
