@@ -112,7 +112,6 @@ NOT_RUN = Counter(
         "docs/figures.md": 1,
         "docs/howto-cluster.md": 4,
         "docs/howto-export.md": 2,
-        "docs/tutorial.md": 1,
     }
 )
 """Blocks by page that cannot run here: other machines, other programs."""
