@@ -52,8 +52,11 @@ CALLS = {
 STARTERS = ("os.exec", "os.spawn", "os.posix_spawn", "subprocess.")
 """What starts programs: called by these names alone, so that it is seen."""
 METHODS = {"to_pickle", "read_pickle", "eval"}
-OWN_MARKUP = {"src/ploughval/report/figures/svg.py": "shrinks the drawings that matplotlib has just written"}
-"""Files that parse XML, and of whom: never of a user's."""
+OWN_MARKUP = {
+    "src/ploughval/report/figures/svg.py": "shrinks the drawings that matplotlib has just written",
+    "src/ploughval/export/vtk_xml.py": "writes files for ParaView, and reads none",
+}
+"""Files that know XML, and of whom: never of a user's."""
 
 
 SUSPECT = re.compile(

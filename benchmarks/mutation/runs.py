@@ -67,7 +67,7 @@ class _Replaced(importlib.machinery.SourceFileLoader):
         self._source = source
 
     def get_code(self, fullname: str) -> CodeType:
-        return compile(self._source, self.path, "exec", dont_inherit=True)
+        return self.source_to_code(self._source.encode(), self.path)
 
 
 class _Finder:
