@@ -85,6 +85,20 @@ def test_units_that_are_not_known_are_the_logs_own(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (CellCalibration(files=("cells.csv",)), ()),
+        (CellCalibration(upper_Nm_per_unit=9.6, lower_Nm_per_unit=-10.2), ()),
+        (CellCalibration(upper_Nm_per_unit=9.6), ("moment_lower",)),
+    ],
+)
+def test_a_unit_that_is_not_known_is_said_only_of_a_cell_without_calibration(tmp_path, given, said):
+    log = read(tmp_path, ("u", "upper (mV/V)", "lower (mV/V)"), calibration=given)
+    np.testing.assert_allclose(values(log), TRUE, rtol=1e-11, atol=1e-12)
+    assert tuple(note.partition(":")[0] for note in log.notes) == said
+
+
 def test_a_calibration_is_for_the_unit_as_it_is_written(tmp_path):
     given = CellCalibration(upper_Nm_per_unit=0.00102, lower_Nm_per_unit=-1.0)
     log = read(tmp_path, ("u", "upper [N mm]", "lower [N mm]"), (1, 1e-3, 1e-3), calibration=given)

@@ -154,8 +154,9 @@ def _converted(raw: RawLog, calibration: CellCalibration, notes: list[str]) -> d
         fitted = key in _SCALES and bool(calibration.files or calibration.staircases)
         named = repr(raw.headers[key])
         if unit and factor is None:
-            own = "the log's own unit" if kind == "moment" else OURS[kind]
-            notes.append(f"{key}: the unit {unit!r} of {named} is not known: read as {own}")
+            if not fitted and given == 1.0:  # else the calibration is of this unit, whatever it is
+                own = "the log's own unit" if kind == "moment" else OURS[kind]
+                notes.append(f"{key}: the unit {unit!r} of {named} is not known: read as {own}")
         elif factor is not None and given != 1.0:
             if not 0.5 <= given / factor <= 2.0:
                 notes.append(
