@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from ploughval import __all__ as public
 from ploughval.cli import app
 from ploughval.synth import EXAMPLE, make_folder
 
@@ -46,10 +45,6 @@ def test_help_imports_nothing_heavy():
 def test_the_version_is_that_of_the_installed_package():
     result = run("--version")
     assert (result.exit_code, result.output) == (0, f"ploughval {version('ploughval')}\n")
-
-
-def test_the_public_names_are_those_of_the_design():
-    assert public == sorted(["load_scene", "process", "simulate"])
 
 
 def test_refused_settings_end_with_2_and_name_every_fault_without_a_traceback(tmp_path, model_settings):
