@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DOCS_READY := $(VENV)/.docs-ready
 
-.PHONY: demo test check docs licences audit bench example-report format clean help
+.PHONY: demo test check docs coverage licences audit bench example-report format clean help
 
 help:
 	@echo "make demo    make the environment, process the example test folder, print where the report is"
 	@echo "make test    make the environment, run the tests"
 	@echo "make check   format, lint, types, imports, then the tests"
 	@echo "make docs    build the site into build/docs; every warning fails it"
+	@echo "make coverage  run the tests, and tell by room which lines they ran; at least 90 %"
 	@echo "make licences   print the licence of every package that is needed at run time"
 	@echo "make audit   look those packages up in the lists of known vulnerabilities"
 	@echo "make example-report    write reports/example anew"
@@ -44,6 +45,16 @@ docs: $(DOCS_READY)
 	$(BIN)/sphinx-build -E -W --keep-going -q -c docs -d build/doctrees . build/docs
 	$(BIN)/python -m pytest -q tests/docs/site # skipped by make test, which has no Sphinx
 	@echo build/docs/docs/index.html
+
+# compiled kernels are not traced: tests of theirs that take seconds as plain Python run once more like that
+INTERPRETED := $(wildcard tests/model/test_model_mechanism*.py tests/model/test_model_surface*.py) \
+	tests/model/test_model_blocks.py tests/model/test_model_layers.py tests/model/test_model_softening.py
+
+coverage: $(READY)
+	rm -f .coverage
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal --cov --cov-report=
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -q -n 2 --cov --cov-append --cov-report= $(INTERPRETED)
+	$(BIN)/python benchmarks/coverage_rooms.py
 
 licences: $(READY)
 	$(BIN)/python .ci/licences
