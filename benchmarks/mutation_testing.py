@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from mutation.making import canaries_of, mutants_of
+from mutation.making import canaries_of, kernels_of, mutants_of
 from mutation.mutant import Mutant
 from mutation.page import write_compiled, write_page, write_tables
 from mutation.runs import ROOT, Setting, load_libraries, path_of, verdicts
@@ -59,12 +59,16 @@ def fates_of(target: Target, options: argparse.Namespace, scratch: Path) -> list
 
 
 def compiled_rows(
-    target: Target, fates: Sequence[tuple[Mutant, str]], count: int, scratch: Path
+    target: Target, fates: Sequence[tuple[Mutant, str]], options: argparse.Namespace, scratch: Path
 ) -> list[list[str]]:
-    """Mutants drawn at random, tested anew with compiled kernels: module, line, before, after, both fates."""
-    drawn = random.Random(0).sample([pair for pair in fates if pair[1] != "timed out"], count)
+    """Mutants of kernels drawn at random, tested anew with compiled kernels; their fates both times."""
+    kernels = kernels_of(path_of(target.module).read_text(encoding="utf-8"))
+    open_ones = [pair for pair in fates if pair[0].function in kernels and pair[1] != "timed out"]
+    drawn = random.Random(0).sample(open_ones, min(options.compiled, len(open_ones)))
+    if not drawn:
+        return []
     setting = base_setting(target, scratch, compiled=True)
-    again = dict(verdicts([mutant for mutant, _ in drawn], setting, 1, scratch))
+    again = dict(verdicts([mutant for mutant, _ in drawn], setting, options.workers, scratch))
     return [
         [target.module, str(mutant.line), mutant.before, mutant.after, fate, again[mutant].fate]
         for mutant, fate in drawn
@@ -101,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             survivors += sum(fate == "surviving" for _, fate in judgements)
             write_tables(options.out, TARGETS[name].module, judgements)
             if options.compiled:
-                rows = compiled_rows(TARGETS[name], fates, options.compiled, scratch)
+                rows = compiled_rows(TARGETS[name], fates, options, scratch)
                 write_compiled(options.out, TARGETS[name].module, rows)
     write_page(options.out)
     return 1 if survivors else 0

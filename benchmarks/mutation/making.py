@@ -50,6 +50,12 @@ def canaries_of(source: str) -> list[Mutant]:
     return canaries
 
 
+def kernels_of(source: str) -> set[str]:
+    """Names of the functions that numba compiles."""
+    found = _functions(source).items()
+    return {name for name, node in found if any("njit" in ast.unparse(part) for part in node.decorator_list)}
+
+
 def _wanted(name: str) -> bool:
     """Whether a change gives code that a person could have written; bits of floats are none."""
     kind = name.split("/")[-1]
