@@ -91,6 +91,48 @@ def test_the_table_of_subsets_is_that_of_the_report():
         assert float(period) == pytest.approx(measured("star", subset, "star_period_px"), abs=0.6)
 
 
+PAGE = """\
+```console
+$ ls
+other
+$ ls nowhere
+...
+```
+
+*Not run by the tests: it would fail.*
+
+```console
+$ ls nowhere
+```
+
+Save this as `kept.toml`:
+
+```toml
+[test]
+```
+
+```python
+from pathlib import Path
+
+print(Path("kept.toml").read_text(), 2 + 2)
+```
+
+```text
+[test] 5
+```
+"""
+
+
+def test_what_a_page_shows_wrongly_is_found(blocks_of, follower, tmp_path):
+    someone = follower(tmp_path)
+    someone.follow(blocks_of("page.md", PAGE))
+    assert [failure.partition("\n")[0] for failure in someone.failures] == [
+        "page.md, line 1: ls",
+        "page.md, line 1: ls nowhere: exit code 2",
+        "page.md, line 26",
+    ]
+
+
 @pytest.mark.parametrize(
     ("shown", "printed", "same"),
     [
