@@ -65,7 +65,7 @@ def test_more_forms_than_are_looked_for_at_once_are_read_all_the_same():
         for m, d in zip(moments, digits, strict=True)
     ]
     expected = [
-        np.datetime64(m, "us") + (123456 // 10 ** (6 - int(d))) * 10 ** (6 - int(d))
+        np.datetime64(m, "us") + np.timedelta64(123456 // 10 ** (6 - int(d)) * 10 ** (6 - int(d)), "us")
         for m, d in zip(moments, digits, strict=True)
     ]
     np.testing.assert_array_equal(read(cells), np.array(expected))
