@@ -78,6 +78,8 @@ def write_page(out: Path) -> None:
 
 def _compiled(out: Path) -> str:
     rows = _read(out / "compiled.csv")
+    if not rows:
+        return ""
     alike = sum(row["interpreted"] == row["compiled"] for row in rows)
     return (
         f"{len(rows)} mutants drawn at random ran with compiled kernels as well, each compiled anew\n"

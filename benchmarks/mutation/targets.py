@@ -40,8 +40,4 @@ TARGETS = {
         ),
     ),
     "validation": Target("ploughval.compare.validation", ("tests/compare/test_compare_validation.py",)),
-    "surface": Target(
-        "ploughval.model.surface",
-        ("tests/model/test_model_surface_edges.py", "tests/model/test_model_surface.py"),
-    ),
 }
