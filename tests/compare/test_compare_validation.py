@@ -15,6 +15,21 @@ def test_the_verdict_turns_at_twice_the_validation_uncertainty():
     assert metric.unit == "N"
 
 
+def test_an_error_well_within_the_uncertainty_agrees():
+    assert judge("force_mean_N", (10.0, 3.0), (11.0, 0.0)).agrees is True
+    assert judge("force_mean_N", (10.0, 3.0), (10.0, 0.0)).agrees is True
+
+
+def test_both_sides_are_kept_as_they_are_and_inputs_count_only_where_they_are_known():
+    metric = judge("work_mJ", (4.0, 0.3), (5.0, 0.4), note="n")
+    assert (metric.experiment, metric.experiment_std) == (4.0, 0.3)
+    assert (metric.model, metric.model_std) == (5.0, 0.4)
+    assert (metric.numerical_std, metric.input_std, metric.note) == (0.4, 0.0, "n")
+    apart = distance("layers_rms_mm", 1.0, experiment_std=0.3, numerical_std=0.4)
+    assert (apart.model_std, apart.input_std) == (0.4, 0.0)
+    assert apart.validation_std == pytest.approx(0.5)
+
+
 def test_all_three_parts_of_the_validation_uncertainty_count():
     metric = judge("work_mJ", (0.0, 2.0), (1.0, 3.0), input_std=6.0)
     assert metric.validation_std == pytest.approx(7.0)

@@ -199,6 +199,12 @@ def test_sand_that_falls_as_steeply_as_its_friction_has_a_cheapest_band():
     assert place == pytest.approx(at, abs=0.02)
 
 
+def test_sand_that_only_just_reaches_the_tip_of_a_blade_that_leans_back_costs_nothing():
+    # down from the top of the face straight to the tip, and up again: no sand above the line to the crest
+    x, y = np.array([0.0, 10.0, 60.0, 200.0]), np.array([30.0, 0.0, 20.0, 20.0])
+    assert cheapest_band(x, y, 4, *tangents(30.0, 5.0), 0.0, -10.0)[0] == 0.0
+
+
 def test_ditch_ahead_draws_the_band_to_its_far_corner():
     # from the far corner on a straight band would leave the sand; without the ditch it would go on to 66.6 mm
     x = np.array([0.0, 30.0, 40.0, 42.0, 60.0, 62.0, 200.0])
