@@ -126,6 +126,9 @@ def test_synth_makes_the_prediction_of_a_scene(model_only):
     out = model_only / "predicted"
     result = run("synth", out, "--like", model_only, "--frames", 2, "--displacement", 2, "--no-photos")
     assert result.exit_code == 0, result.output
+    assert "test.toml, logs, and the truth in" in " ".join(
+        result.output.split()
+    )  # no photographs, none told of
     force = pd.read_csv(out / "truth" / "force.csv")
     assert force["force_N"].max() == pytest.approx(54.350, rel=0.05)  # rows at 50 Hz: softening has begun
     made = tomllib.loads((out / "test.toml").read_text())

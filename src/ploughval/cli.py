@@ -320,8 +320,9 @@ def synth(
         with shown_progress(talk) as progress:
             make(out, options, overwrite=overwrite, progress=progress)
         talk.summary = {"folder": str(out), "truth": str(out / "truth"), "frames": options.frames}
-        settings = "notes.md" if as_recorded else "test.toml"
-        talk.say(f"made {out}: {settings}, photographs, logs, and the truth in {out / 'truth'}")
+        parts = ["notes.md" if as_recorded else "test.toml"]
+        parts += ["photographs"] * options.photographs + ["logs"] * options.loadcells
+        talk.say(f"made {out}: {', '.join(parts)}, and the truth in {out / 'truth'}")
 
 
 @app.command()
