@@ -320,9 +320,13 @@ def synth(
         with shown_progress(talk) as progress:
             make(out, options, overwrite=overwrite, progress=progress)
         talk.summary = {"folder": str(out), "truth": str(out / "truth"), "frames": options.frames}
-        parts = ["notes.md" if as_recorded else "test.toml"]
-        parts += ["photographs"] * options.photographs + ["logs"] * options.loadcells
-        talk.say(f"made {out}: {', '.join(parts)}, and the truth in {out / 'truth'}")
+        made = _parts("notes.md" if as_recorded else "test.toml", options.photographs, options.loadcells)
+        talk.say(f"made {out}: {made}, and the truth in {out / 'truth'}")
+
+
+def _parts(settings: str, photographs: bool, logs: bool) -> str:
+    """What a made test consists of, in words."""
+    return ", ".join([settings, *["photographs"] * photographs, *["logs"] * logs])
 
 
 @app.command()
