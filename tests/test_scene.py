@@ -1,6 +1,5 @@
 """A test.toml is either a scene whose steps follow from it, or refused with all its faults at once."""
 
-
 import pytest
 from pydantic import ValidationError
 
