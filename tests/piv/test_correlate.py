@@ -72,6 +72,21 @@ def test_curvature_that_affine_subsets_average_is_followed(sand):
     assert np.isin(adaptive.description, (Description.QUADRATIC, Description.QUADRATIC_SMALL)).mean() > 0.9
 
 
+@pytest.mark.parametrize(("order", "periods"), [(1, 4.0), (2, 1.3)])
+def test_nine_tenths_of_a_wave_are_kept_at_the_period_that_the_order_of_the_subset_sets(sand, order, periods):
+    # docs/theory-correlation.md, section 6
+    wave = 2 * np.pi / (periods * 31)
+
+    def motion(where):
+        return np.stack([np.zeros(len(where)), 0.5 * np.sin(wave * where[:, 0])], axis=1)
+
+    points = sand.points(5, margin=20)
+    tracks = correlate(sand.picture(), sand.picture(motion), points, order=order, shape="fixed")
+    truth = motion(points)[tracks.valid, 1]
+    kept = tracks.displacement[tracks.valid, 1] @ truth / (truth @ truth)
+    assert kept == pytest.approx(0.9, abs=0.025)
+
+
 @pytest.mark.parametrize("shift", [(17.3, -3.2), (-60.4, 20.7)])
 def test_displacement_far_beyond_the_subset_needs_no_hint(sand, shift):
     points = sand.points(10)
