@@ -5,6 +5,7 @@ import shutil
 
 import pytest
 
+from ploughval import load_results
 from ploughval.errors import ConfigError, DataError
 from ploughval.export import Format, export_results, formats_of, placing
 
@@ -108,3 +109,13 @@ def test_a_spoiled_table_is_refused_by_name_and_nothing_is_written(own_folder, t
     with pytest.raises(DataError, match=r"bands\.csv: columns u_end_mm"):
         export_results(own_folder, "csv", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("text", "said"), [("{", "not readable as JSON"), ("[1]", "expected a JSON object")])
+def test_a_spoiled_record_is_refused_by_name_and_nothing_is_written(own_folder, tmp_path, text, said):
+    (own_folder / "fit.json").write_text(text)
+    with pytest.raises(DataError, match=rf"fit\.json: .*{said}"):
+        export_results(own_folder, "mat", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(DataError, match=said):
+        load_results(own_folder).fit  # noqa: B018

@@ -38,6 +38,17 @@ def test_an_empty_cell_is_nan_among_numbers_and_no_letters_among_words(tmp_path)
     assert np.isnan(found["length_mm"])
 
 
+def test_words_that_look_like_numbers_or_gaps_stay_words(tmp_path):
+    columns = FILES["cell_calibration.csv"].columns
+    rows = ["01", "NA", "null"]
+    text = [",".join(column.name for column in columns)]
+    text += [",".join(word if column.is_text else "" for column in columns) for word in rows]
+    (tmp_path / "cell_calibration.csv").write_text("\n".join([*text, "last.csv,7", ""]))
+    found = read_table(tmp_path, "cell_calibration.csv")
+    assert found["run"].tolist() == [*rows, ""]  # the last row ends early
+    assert np.isnan(found["load_N"]).all()
+
+
 def test_a_verdict_is_one_zero_or_nan(tmp_path):
     columns = list(FILES["peak_pairs.csv"].units)
     rows = [dict.fromkeys(columns, "1") | {"u_mm_agrees": word} for word in ("True", "False", "")]

@@ -23,6 +23,7 @@ from ploughval.results import (
     read_tracks,
     with_units,
 )
+from ploughval.results.reading import read_json
 
 AXES = "x along the travel of the blade from its initial face, y up from the level of the tip, mm"
 _DOCUMENTS = ("calibration", "fit")  # JSON files that no table stands for
@@ -107,7 +108,7 @@ def _texts(folder: Path, run: RunRecord) -> dict[str, str]:
         "settings_hash": run.settings_hash,
     }
     for name in _DOCUMENTS:
-        path = folder / f"{name}.json"
-        if path.is_file():
-            texts[name] = json.dumps(json.loads(path.read_text(encoding="utf-8")), sort_keys=True)
+        found = read_json(folder / f"{name}.json")
+        if found is not None:
+            texts[name] = json.dumps(found, sort_keys=True)
     return texts

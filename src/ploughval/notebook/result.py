@@ -1,6 +1,5 @@
 """The results of one test in Python: tables with units, tracks, figures, exports."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -31,6 +30,7 @@ from ploughval.results import (
     read_tracks,
     with_units,
 )
+from ploughval.results.reading import read_json
 from ploughval.run.outcome import Outcome
 from ploughval.run.results import results_of
 from ploughval.run.urls import is_url
@@ -168,11 +168,7 @@ class Result(Outcome):
     @cached_property
     def fit(self) -> dict[str, Any] | None:
         """fit.json: the soil fitted to the force, where ``ploughval fit`` has been run; else None."""
-        path = self.folder / "fit.json"
-        if not path.is_file():
-            return None
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return found
+        return read_json(self.folder / "fit.json")
 
     @cached_property
     def model(self) -> ModelTables:

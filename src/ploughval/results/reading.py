@@ -4,7 +4,7 @@ import json
 from collections.abc import Collection
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -32,6 +32,8 @@ NEEDED = MappingProxyType(
     }
 )
 """Columns without which a table is refused, where those are not all: earlier versions wrote fewer."""
+_NO_NUMBER = ("", "nan", "NaN", "NA")
+"""Cells without a number; among words all but the empty one are words."""
 _TRACKED = ("x0_mm", "y0_mm", "x_mm", "y_mm", "std_mm", "zncc", "status", "time_s", "u_mm")
 
 M = TypeVar("M", bound=BaseModel)
@@ -56,17 +58,44 @@ def read_record(path: Path, kind: type[M]) -> M | None:
     DataError
         Not readable as JSON, or not such a record.
     """
-    if not path.is_file():
+    found = read_json(path)
+    if found is None:
         return None
     try:
-        return kind.model_validate(json.loads(path.read_text(encoding="utf-8")))
+        return kind.model_validate(found)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])
         shown = repr(first["input"])[:80]
         raise DataError(f"{place}: got {shown}; {first['msg']}. {REMEDY}", path=path) from None
+
+
+def read_json(path: Path) -> dict[str, Any] | None:
+    """A JSON file as a mapping; None where it is not there.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict or None
+
+    Raises
+    ------
+    DataError
+        Not readable as JSON, or another thing than an object.
+    """
+    if not path.is_file():
+        return None
+    try:
+        found: object = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"not readable as JSON: {error}. {REMEDY}", path=path) from None
+    if not isinstance(found, dict):
+        raise DataError(f"got {repr(found)[:80]}; expected a JSON object. {REMEDY}", path=path)
+    return found
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame | None:
@@ -92,8 +121,10 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     path, columns = folder / name, FILES[name].columns
     if not path.is_file():
         return None
+    words = {column.name: str for column in columns if column.is_text}
+    missing_words = {column.name: _NO_NUMBER for column in columns if not column.is_text}
     try:
-        table = pd.read_csv(path)
+        table = pd.read_csv(path, dtype=words, keep_default_na=False, na_values=missing_words)
     except (OSError, ValueError, pd.errors.ParserError) as error:
         raise DataError(f"not readable as CSV: {error}. {REMEDY}", path=path) from None
     needed: Collection[str] = NEEDED.get(name, FILES[name].units)
@@ -110,8 +141,8 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
 
 def _values(cells: pd.Series, column: Column, path: Path) -> pd.Series:
     """The cells of a column as words or as numbers."""
-    if column.is_text:
-        return cells.astype("object").where(cells.notna(), "").astype(str)
+    if column.is_text:  # a row that ends early has no words there
+        return cells.where(cells.notna(), "")
     numbers = floats_of(cells)
     wrong = np.isnan(numbers) & cells.notna().to_numpy()
     if wrong.any():
