@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from ploughval.axes import Status
-from ploughval.export import export_results
+from ploughval.export import export_results, tables
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +69,11 @@ def test_the_same_results_give_the_same_bytes_and_an_older_export_is_replaced(fo
     assert {path: path.read_bytes() for path in export_results(folder, "csv", tmp_path)} == first
     assert {path.name for path in (tmp_path / "csv").iterdir()} == {path.name for path in first}
     assert [path.name for path in tmp_path.iterdir()] == ["csv"]
+
+
+def test_tracks_written_some_photographs_at_a_time_are_the_same_to_the_byte(
+    folder, written, tmp_path, monkeypatch, tracks
+):
+    monkeypatch.setattr(tables, "_ROWS_AT_ONCE", 3 * tracks.sizes["point"] + 1)
+    part = export_results(folder, "csv", tmp_path)[0].parent
+    assert (part / "tracks.csv").read_bytes() == (written / "tracks.csv").read_bytes()

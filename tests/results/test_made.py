@@ -28,7 +28,7 @@ def results(result_folder):
 
 def test_nothing_makes_no_table():
     assert metrics_table(None) is metrics_table(MetricsRecord()) is None
-    assert frames_table(RunRecord()) is notes_table(RunRecord()) is tracks_table(None) is None
+    assert frames_table(RunRecord()) is notes_table(RunRecord()) is None
 
 
 def test_tables_have_the_columns_that_are_told(results):
@@ -75,8 +75,23 @@ def test_long_tracks_hold_each_value_once_at_its_photograph_and_point(results):
         assert row["u_mm"] == tracks["u_mm"].to_numpy()[frame]
 
 
-def test_counts_are_whole_numbers_unless_one_is_missing():
+def test_long_tracks_of_some_photographs_are_those_rows_of_all(results):
+    every = tracks_table(results.tracks)
+    some = tracks_table(results.tracks, slice(3, 5))
+    pd.testing.assert_frame_equal(some, every[every["frame"].isin([3, 4])].reset_index(drop=True))
+
+
+def test_long_tracks_take_the_numbers_of_photographs_that_stand_in_the_file(results):
+    numbered = results.tracks.isel(frame=[2, 7]).assign_coords(frame=[2, 7])
+    assert tracks_table(numbered)["frame"].unique().tolist() == [2, 7]
+    assert tracks_table(numbered, slice(1, 2))["frame"].unique().tolist() == [7]
+
+
+def test_counts_are_whole_numbers_unless_one_is_missing_or_broken():
     rows = pd.DataFrame({"frame": [0.0, 1.0], "band": [0.0, np.nan], "u_mm": [0.0, 1.0]})
+    for wrong in (0.5, np.inf, 1e300):
+        odd = with_units(rows.assign(frame=[0.0, wrong]), FILES["mobilised.csv"])
+        assert odd["frame"].tolist() == [0.0, wrong]
     found = with_units(rows, FILES["mobilised.csv"])
     assert [found[name].dtype for name in rows] == [np.int64, np.float64, np.float64]
     assert rows["frame"].dtype == np.float64  # the table that was given is left as it was

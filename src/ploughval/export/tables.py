@@ -1,10 +1,12 @@
 """A folder of CSV files, a table each; what their columns mean stands beside them, for programs too."""
 
 import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import xarray as xr
 
 from ploughval.export.contents import Contents, Part
 from ploughval.export.placing import replace_folder
@@ -13,6 +15,7 @@ from ploughval.run.kept.written import json_text, put_csv
 
 ENDINGS = frozenset({".csv", ".json"})
 _LISTED = ["table", "column", "unit", "meaning"]
+_ROWS_AT_ONCE = 100_000
 COLUMNS, PACKAGE = "columns.csv", "datapackage.json"
 
 
@@ -37,22 +40,29 @@ def write_tables(contents: Contents, out: Path) -> list[Path]:
     DataError
         When the disk refuses, or ``csv`` holds files that no export writes.
     """
-    parts = list(contents.parts)
-    tracked = tracks_table(contents.tracks)
-    if tracked is not None:
-        parts.append(Part(MADE["tracks.csv"], with_units(tracked, MADE["tracks.csv"])))
+    rows: list[tuple[Part, Iterable[pd.DataFrame]]] = [(part, [part.table]) for part in contents.parts]
+    if contents.tracks is not None:
+        told, first = MADE["tracks.csv"], tracks_table(contents.tracks, slice(1))
+        rows.append((Part(told, with_units(first, told)), _by_photograph(contents.tracks)))
+    parts = [part for part, _ in rows]
     names = [COLUMNS, PACKAGE, *(f"{part.told.key}.csv" for part in parts)]
 
     def write(folder: Path) -> None:
-        for part in parts:
-            put_csv(folder / f"{part.told.key}.csv", part.table, list(_units(part)))
-        columns = columns_table(parts)
-        put_csv(folder / COLUMNS, columns, _LISTED)
+        for part, tables in rows:
+            put_csv(folder / f"{part.told.key}.csv", tables, list(_units(part)))
+        put_csv(folder / COLUMNS, [columns_table(parts)], _LISTED)
         (folder / PACKAGE).write_bytes(json_text(data_package(contents, parts)).encode())
 
     target = out / "csv"
     replace_folder(target, write, ENDINGS)
     return [target / name for name in names]
+
+
+def _by_photograph(tracks: xr.Dataset) -> Iterator[pd.DataFrame]:
+    """The table of tracks in parts of some photographs, so that it never is in memory whole."""
+    step = max(1, _ROWS_AT_ONCE // max(1, tracks.sizes["point"]))
+    for start in range(0, max(1, tracks.sizes["frame"]), step):
+        yield tracks_table(tracks, slice(start, start + step))
 
 
 def columns_table(parts: list[Part]) -> pd.DataFrame:

@@ -39,6 +39,7 @@ _FRAME = (
 )
 _NOTE = (("kind", "fault or warning", ""), ("text", "what was said", ""))
 _LONG = ("frame", "point", *VARIABLES)
+_ALL = slice(None)
 
 
 def _columns(rows: tuple[tuple[str, str, str], ...]) -> tuple[Column, ...]:
@@ -116,22 +117,23 @@ def notes_table(record: RunRecord) -> pd.DataFrame | None:
     return _table([dict(zip(("kind", "text"), row, strict=True)) for row in said], NOTES) if said else None
 
 
-def tracks_table(tracks: xr.Dataset | None) -> pd.DataFrame | None:
-    """Tracked points in long form, a row a point and photograph; None where none were tracked.
+def tracks_table(tracks: xr.Dataset, chosen: slice = _ALL) -> pd.DataFrame:
+    """Tracked points in long form, a row a point and photograph.
 
     Parameters
     ----------
-    tracks : Dataset or None
+    tracks : Dataset
         tracks.nc.
+    chosen : slice
+        Of the photographs: the table of all is several times as large as the tracks.
 
     Returns
     -------
-    DataFrame or None
+    DataFrame
     """
-    if tracks is None:
-        return None
+    tracks = tracks.isel(frame=chosen).assign_coords(frame=tracks["frame"][chosen])
     shape = tracks.sizes["frame"], tracks.sizes["point"]
-    dims = {"frame": np.arange(shape[0])[:, None], "point": np.arange(shape[1])}
+    dims = {"frame": tracks["frame"].to_numpy()[:, None], "point": np.arange(shape[1])}
     columns = {name: np.broadcast_to(values, shape).ravel() for name, values in dims.items()}
     for name, variable in VARIABLES.items():
         if name in tracks:

@@ -4,7 +4,7 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -89,11 +89,13 @@ def json_text(value: Any) -> str:
 
 def write_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
     """Write the named columns of a table; see :func:`put_csv`."""
-    write_aside(path, lambda aside: put_csv(aside, table, columns))
+    write_aside(path, lambda aside: put_csv(aside, [table], columns))
 
 
-def put_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
-    """Fill a file with the named columns of a table; NaN becomes an empty cell, floats keep 9 digits.
+def put_csv(path: Path, parts: Iterable[pd.DataFrame], columns: Sequence[str]) -> None:
+    """Fill a file with the named columns of tables, one below the other under the head of the first.
+
+    NaN becomes an empty cell, floats keep 9 digits.
 
     Nine significant digits are a nanometre in a metre: below any noise, and the same on every machine.
 
@@ -103,7 +105,15 @@ def put_csv(path: Path, table: pd.DataFrame, columns: Sequence[str]) -> None:
         When the disk refuses.
     """
     with path.open("w", encoding="utf-8", newline="") as file:  # part by part: a log of hours is large
-        table.to_csv(file, columns=list(columns), index=False, float_format="%.9g", lineterminator="\n")
+        for k, part in enumerate(parts):
+            part.to_csv(
+                file,
+                columns=list(columns),
+                index=False,
+                header=k == 0,
+                float_format="%.9g",
+                lineterminator="\n",
+            )
 
 
 def _plain(value: Any) -> Any:
