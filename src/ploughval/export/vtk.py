@@ -179,9 +179,7 @@ def _unbroken(rows: pd.DataFrame, keys: list[str]) -> Lines:
 
 def _frames(tracks: xr.Dataset) -> list[int]:
     """Number of the photograph of each row of the tracks."""
-    if "frame" in tracks.coords:
-        return [int(frame) for frame in tracks["frame"].to_numpy()]
-    return list(range(tracks.sizes["frame"]))
+    return [int(frame) for frame in tracks["frame"].to_numpy()]
 
 
 def _places(tracks: xr.Dataset, x: str, y: str, row: int | None = None) -> Floats:

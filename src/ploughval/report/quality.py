@@ -119,7 +119,7 @@ def _followed(results: Results) -> dict[int, float]:
     if results.tracks is None or results.tracks.sizes["point"] == 0:
         return {}
     good = np.isin(results.tracks["status"].to_numpy(), (Status.OK, Status.REPLACED)).mean(axis=1)
-    numbers = results.tracks["frame"].to_numpy() if "frame" in results.tracks.coords else range(len(good))
+    numbers = results.tracks["frame"].to_numpy()
     return {int(n): 100.0 * float(share) for n, share in zip(numbers, good, strict=True)}
 
 

@@ -123,4 +123,4 @@ def spacing_of(place: Floats) -> float:
 
 def frame_number(tracks: xr.Dataset, index: int) -> int:
     """Number of the frame that stands at a place in the tracks."""
-    return int(tracks["frame"].to_numpy()[index]) if "frame" in tracks.coords else index
+    return int(tracks["frame"].to_numpy()[index])

@@ -39,7 +39,7 @@ def layers_from_tracks(tracks: xr.Dataset) -> pd.DataFrame:
     good = (
         np.isin(tracks["status"].to_numpy(), (Status.OK, Status.REPLACED)) & np.isfinite(x) & np.isfinite(y)
     )
-    frames = tracks["frame"].to_numpy() if "frame" in tracks.coords else np.arange(len(u_mm))
+    frames = tracks["frame"].to_numpy()
     parts = []
     for k, frame in enumerate(frames):
         for height in np.unique(layer[np.isfinite(layer)]):
