@@ -193,6 +193,20 @@ def test_all_peaks_lie_on_the_price_of_a_fresh_band_whatever_ends_the_teeth():
         )
 
 
+def test_heap_that_lies_flatter_than_it_reaches_brings_its_peaks_below_the_price_on_level_ground():
+    soil = sand(50.0, 32.0, repose=10.0)
+    assert soil.repose < soil.peak / (1.0 + soil.peak**2)
+    run = simulate(scene(50.0, 32.0, repose=10.0), displacement_mm=120.0, tolerance=5e-4)
+    starts = run.bands["u_start_mm"].to_numpy()[1:3]
+    rows = np.searchsorted(run.force["u_mm"], starts)
+    force = run.force["force_N"].to_numpy()[rows] / run.P0_N
+    travel = starts / 30.0
+    np.testing.assert_allclose(force * soil.price(0.0) / soil.price(travel), [1.0, 0.975], atol=1e-3)
+    beyond = soil.outcrop(travel) - travel > np.sqrt(2.0 * travel / soil.repose)  # of the shortest heap
+    np.testing.assert_array_equal(beyond, [True, False])
+    assert run.bands["outcrop_x_mm"].to_numpy()[2] / 30.0 < 0.98 * soil.outcrop(travel[1])
+
+
 def riding(soil):
     """Where the outcrop rides: travel to the first switch, or to where the crest comes to the blade."""
     reach = soil.outcrop(0.0)
