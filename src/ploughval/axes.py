@@ -10,6 +10,9 @@ Compression is negative in strains; forces on the blade are positive against its
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
 
+WORLD = "x along the travel of the blade from its initial face, y up from the level of the tip, mm"
+"""The world axes in words, as files tell them."""
+
 
 class Status(IntEnum):
     """Reason code of a measured vector or tracked point; anything but OK and REPLACED is NaN."""

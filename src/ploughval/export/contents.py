@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
+from ploughval.axes import WORLD
 from ploughval.results import (
     FILES,
     MADE,
@@ -25,7 +26,6 @@ from ploughval.results import (
 )
 from ploughval.results.reading import read_json
 
-AXES = "x along the travel of the blade from its initial face, y up from the level of the tip, mm"
 _DOCUMENTS = ("calibration", "fit")  # JSON files that no table stands for
 
 
@@ -103,7 +103,7 @@ def _texts(folder: Path, run: RunRecord) -> dict[str, str]:
     texts = {
         "title": run.test,
         "source": f"ploughval {run.ploughval}".strip(),
-        "axes": AXES,
+        "axes": WORLD,
         "settings": json.dumps(run.settings, sort_keys=True),
         "settings_hash": run.settings_hash,
     }

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, Status
+from ploughval.axes import BLADE_COLUMNS, LAYER_COLUMNS, SURFACE_COLUMNS, WORLD, Status
 from ploughval.photos import Calibration
 from ploughval.results.catalogue import VARIABLES
 from ploughval.run.walk.window import WindowRecord
@@ -58,7 +58,7 @@ def tracks_dataset(
     dataset["status"].attrs["flag_meanings"] = " ".join(s.meaning for s in Status)
     dataset.attrs = {
         "title": scene.test.name,
-        "axes": "x along the travel of the blade from its initial face, y up from the level of the tip, mm",
+        "axes": WORLD,
         "settings": json.dumps(json.loads(scene.settings_json), sort_keys=True),
     }
     return dataset
