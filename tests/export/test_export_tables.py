@@ -52,6 +52,7 @@ def test_every_column_of_every_file_is_explained_and_no_other(written):
 def test_the_data_package_describes_each_file_as_it_is(written):
     package = json.loads((written / "datapackage.json").read_text(encoding="utf-8"))
     assert package["settings"]["blade"]["width_mm"] == 218.0
+    assert (package["title"], package["name"]) == ("d30 β/01", "d30-01")  # names of packages are ASCII
     names = {path.name for path in written.glob("*.csv")} - {"columns.csv"}
     assert {resource["path"] for resource in package["resources"]} == names
     for resource in package["resources"]:

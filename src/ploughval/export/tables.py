@@ -1,6 +1,7 @@
 """A folder of CSV files, a table each; what their columns mean stands beside them, for programs too."""
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,7 @@ def data_package(contents: Contents, parts: list[Part]) -> dict[str, Any]:
     """The description of the tables after the Frictionless specification, version 1."""
     return {
         "profile": "tabular-data-package",
-        "name": contents.stem.lower(),
+        "name": re.sub(r"[^a-z0-9._]+", "-", contents.stem.lower()).strip("-") or "results",
         "title": contents.name,
         "resources": [_resource(part) for part in parts],
         **{name: _plain(text) for name, text in contents.texts.items() if name != "title"},
