@@ -10,7 +10,7 @@ MEANINGS = MappingProxyType(
         "arm_mm": "height of the force's line of action above the tip",
         "arm_share": "share of the variance of the line of action",
         "arm_std_mm": "standard uncertainty of the line of action",
-        "band": "number of the shear band, in order of start",
+        "band": "number of the shear band, in order of start, from 0",
         "beta_deg": "inclination of the shear band from the horizontal",
         "beta_std_deg": "standard uncertainty of the inclination",
         "beyond": "measured points past the ends of the model's line, which have no distance",
