@@ -113,6 +113,16 @@ def test_its_figures_show_the_force_that_load_cells_measure(model_settings, tmp_
     np.testing.assert_allclose(top, run.force["force_N"] * np.cos(np.radians(20.0)))
 
 
+def test_its_surface_is_drawn_without_layers(model_settings, tmp_path):
+    (tmp_path / "test.toml").write_text(model_settings)
+    run = simulate(load_scene(tmp_path), displacement_mm=6.0)
+    figure = run.plot.layers(3.0)
+    assert figure.get_suptitle() == "u = 3.0 mm = 0.10 d"
+    drawn = [line.get_xydata() for axes in figure.axes for line in axes.lines]
+    surface = run.surface(3.0)
+    assert any(len(points) == len(surface) and np.allclose(points, surface) for points in drawn)
+
+
 def test_its_layers_are_drawn_at_any_displacement_that_it_reaches(simulation):
     assert simulation.plot.layers(12.5).get_suptitle() == "u = 12.5 mm = 0.42 d"
     assert simulation.plot.layers().get_suptitle() == "u = 60.0 mm = 2.00 d"

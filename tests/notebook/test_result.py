@@ -145,6 +145,8 @@ def test_results_behind_a_url_are_refused_in_words():
     result = Result("d30", "s3://lab/d30/results", True, (), (), {}, (), 1.0)
     with pytest.raises(DataError, match="s3://lab/d30/results: is behind a URL; copy"):
         result.force  # noqa: B018
+    assert result._repr_html_() is None  # a notebook shows the line of text
+    assert "s3://lab/d30/results" in repr(result)
 
 
 @pytest.mark.parametrize("what", ["nothing", "part"])

@@ -236,7 +236,10 @@ class Result(Outcome):
         state = "complete" if self.complete else "incomplete"
         return f"<Result of {self.name}: {state}, {len(self.metrics)} metrics, in {self.results}>"
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
+        """The summary; None, for which a notebook shows the line of text, where nothing can be read."""
+        if is_url(self.results):
+            return None
         from ploughval.notebook.summary import summary
 
         return summary(self, self._results)

@@ -273,7 +273,7 @@ def _from_bands(bands: pd.DataFrame | None, u_mm: float) -> tuple[Values, Values
 
 
 def _displacement(results: Results, frame: int) -> float:
-    for table in (results.layers, results.model_layers, results.surface):
+    for table in (results.layers, results.model_layers, results.surface, results.model_surface):
         rows = stage(table, frame)
         if rows is not None and rows["u_mm"].notna().any():
             return float(rows["u_mm"].dropna().iloc[0])
