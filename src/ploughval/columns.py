@@ -33,8 +33,9 @@ def floats_of(column: pd.Series) -> NDArray[np.float64]:
     except OverflowError:  # whole numbers of hundreds of digits
         found = pd.to_numeric(column.map(_in_range), errors="coerce")
     floats: NDArray[np.float64] = found.to_numpy(dtype=np.float64, copy=True)
-    missing = np.isnan(floats)
-    floats[missing] = [_float_of(cell) for cell in column.to_numpy(dtype=object)[missing]]
+    if not pd.api.types.is_numeric_dtype(column):
+        missing = np.isnan(floats)
+        floats[missing] = [_float_of(cell) for cell in column[missing].to_numpy(dtype=object)]
     return floats
 
 
