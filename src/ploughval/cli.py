@@ -68,7 +68,7 @@ def check(
     picture: Annotated[Path | None, typer.Option(help="Where the preview goes (PNG or SVG).")] = None,
     as_json: Json = False,
 ) -> None:
-    """Validate everything, preview calibration, masks and first tracks; the test folder is not changed."""
+    """Name every fault before anything is processed. Previews calibration and tracks; changes nothing."""
     with command(as_json) as talk:
         from ploughval.report import write_preview
         from ploughval.run.setup.check_findings import Level
@@ -119,7 +119,7 @@ def process(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Process test folders: photographs and logs to measurements, model, comparison and report.
+    """Process test folders up to their reports. Photographs and logs to measurements, model, comparison.
 
     Several are worked on side by side, each in a process of its own; one that fails does not stop the others.
     """
@@ -149,7 +149,7 @@ def simulate(
     tolerance: Annotated[float | None, typer.Option(help="Relative numerical error aimed at.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Run the incremental-collapse model alone; needs neither photographs nor load cells."""
+    """Run the incremental-collapse model alone. Needs neither photographs nor load cells."""
     with command(as_json) as talk:
         from ploughval.model import simulate as run_model
         from ploughval.run.results import write_model
@@ -193,7 +193,7 @@ def fit(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Friction angles and mobilization length from the measured force, with uncertainty."""
+    """Fit the soil to the measured force. Friction angles and mobilization length, with intervals."""
     # hundreds of small decompositions: threads of BLAS wait for each other, on a busy machine for minutes
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with command(as_json) as talk:
@@ -235,7 +235,7 @@ def report(
     ] = 84.0,
     as_json: Json = False,
 ) -> None:
-    """Write the report page again: of one test, or of several together.
+    """Write the report page again. Of one test, or of several together.
 
     Several: which repeat each other, their repeatability, the effect of depth, the mean error of the model;
     every number of the page stands beside it as .json and .csv.
@@ -287,7 +287,7 @@ def synth(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is in OUT.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Make a whole test folder from a seed, with the exact truth beside it."""
+    """Make a whole test folder from a seed. The exact truth stands beside it."""
     with command(as_json) as talk:
         from ploughval.scene import load_scene
         from ploughval.synth import EXAMPLE, RECORDED, adapt, make_folder, make_recorded, options_like
@@ -365,7 +365,7 @@ def demo(
     workers: Workers = None,
     as_json: Json = False,
 ) -> None:
-    """Make the example test folder, process it and print where the report is."""
+    """Make the example, process it, print where its report is."""
     with command(as_json) as talk:
         from ploughval.synth import EXAMPLE, make_folder
 

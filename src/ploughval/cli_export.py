@@ -20,7 +20,7 @@ def export(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write the results for other programs: NetCDF, CSV, MATLAB and Octave (mat), ParaView (vtk).
+    """Write the results for other programs. NetCDF, CSV, MATLAB and Octave (mat), ParaView (vtk).
 
     Every table with its units; a table that the test has not got is not there.
     """
