@@ -4,15 +4,18 @@ The TeX of ``$..$`` and ``$$ .. \tag{3} $$`` becomes MathML (tex.py). The tag be
 right and the anchor ``eq-3``, so that ``[Eq. (3)](theory-model.md#eq-3)`` is a link that the build checks.
 """
 
+import re
 from typing import Any
 
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
+from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 from tex import TAG, mathml
 
 _LOG = logging.getLogger(__name__)
+_END = re.compile(r"[,.;:!?)\]]+")
 
 
 class Numbers(SphinxTransform):
@@ -42,6 +45,21 @@ class Numbers(SphinxTransform):
         self.document.myst_slugs[anchor] = of_all_pages[anchor] = place
 
 
+class Ends(SphinxPostTransform):
+    """Keeps the sign that ends a clause on the line of the formula before it: browsers would part them."""
+
+    default_priority = 900
+
+    def run(self, **_: Any) -> None:
+        """Move the sign from the text to the formula."""
+        for formula in list(self.document.findall(nodes.math)):
+            after = formula.next_node(descend=False, siblings=True)
+            end = _END.match(after) if isinstance(after, nodes.Text) else None
+            if end:
+                formula["end"] = end[0]
+                after.parent.replace(after, nodes.Text(after[end.end() :]))
+
+
 def _written(translator: Any, node: nodes.Element, *, block: bool) -> str:
     try:
         return mathml(node.astext(), block=block)
@@ -51,7 +69,9 @@ def _written(translator: Any, node: nodes.Element, *, block: bool) -> str:
 
 
 def _inline(translator: Any, node: nodes.math) -> None:
-    translator.body.append(_written(translator, node, block=False))
+    written = _written(translator, node, block=False)
+    end = node.get("end")
+    translator.body.append(f'<span class="whole">{written}{end}</span>' if end else written)
     raise nodes.SkipNode
 
 
@@ -68,4 +88,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Make ``html_math_renderer = "mathml"`` a choice."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     app.add_transform(Numbers)
+    app.add_post_transform(Ends)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -12,6 +12,9 @@ _FUNCTION = re.compile(r"<(m[io])>([a-z]{2,})</\1>(?=(<mo stretchy=\"false\">&#x
 _OPENED = re.compile(r"(?:<mrow>|<mtd[^>]*>|(?<!&#x00029;)(?<![)\]|])</mo>)(?:<m\w+>)*\Z")
 """What stands before a function that needs no space: an opening, or an operator with a space of its own."""
 _BAR = re.compile(r"<mo(?: stretchy=\"false\")?>(&#x0007C;|&#x02016;)</mo>")
+_PRIME = re.compile(r"<msup>(<(mi|mtext)[^>]*>[^<]+</\2>)<mi>&#x02032;</mi></msup>")
+_SIGN = re.compile(r"<mi>(&#x0007E;|&#x000B1;|;)</mi>")
+"""Signs that latex2mathml takes for letters, so that no space is left about them; the first is of \\sim."""
 _WORD = re.compile(r"(?:<mi mathvariant=\"normal\">\w</mi>){2,}")
 _PAIRS = ((r"(?<!\\)\{", r"(?<!\\)\}"), (r"\\left\b", r"\\right\b"), (r"\\begin\b", r"\\end\b"))
 """What opens and closes in TeX; latex2mathml closes silently what is left open."""
@@ -23,6 +26,7 @@ def mathml(tex: str, *, block: bool) -> str:
     r"""MathML of TeX without its tag.
 
     Names of functions are given the thin spaces that TeX has about them, bars none; words are one piece.
+    Primes are as large as the letter: as superscripts they nearly vanish.
 
     Raises
     ------
@@ -39,13 +43,27 @@ def mathml(tex: str, *, block: bool) -> str:
         raise ValueError(f"{type(fault).__name__} {fault}") from fault
     if unknown := _UNKNOWN.search(markup):
         raise ValueError(f"{unknown[0]} is not known")
-    for pattern, better in ((_FUNCTION, _spaced), (_BAR, _closed_up), (_WORD, _joined)):
+    for pattern, better in (
+        (_FUNCTION, _spaced),
+        (_BAR, _closed_up),
+        (_PRIME, _primed),
+        (_SIGN, _sign),
+        (_WORD, _joined),
+    ):
         markup = pattern.sub(better, markup)
     return markup
 
 
 def _closed_up(bar: re.Match[str]) -> str:
     return f'<mo lspace="0" rspace="0" stretchy="false">{bar[1]}</mo>'
+
+
+def _primed(letter: re.Match[str]) -> str:
+    return f'<mrow>{letter[1]}<mo lspace="0" rspace="0">&#x02032;</mo></mrow>'
+
+
+def _sign(sign: re.Match[str]) -> str:
+    return f"<mo>{sign[1].replace('&#x0007E;', '&#x0223C;')}</mo>"
 
 
 def _joined(letters: re.Match[str]) -> str:

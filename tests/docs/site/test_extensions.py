@@ -84,6 +84,18 @@ def test_words_are_one_piece_and_bars_stand_close(extension):
     assert markup.count('<mo lspace="0" rspace="0" stretchy="false">&#x0007C;</mo>') == 2
 
 
+def test_primes_are_as_large_as_their_letter(extension):
+    markup = extension("tex").mathml(r"\frac{h'(x)}{2}", block=False)
+    assert '<mrow><mi>h</mi><mo lspace="0" rspace="0">&#x02032;</mo></mrow>' in markup
+    assert "<msup>" not in markup
+
+
+def test_signs_between_letters_are_operators(extension):
+    markup = extension("tex").mathml(r"a \sim b \pm c", block=False)
+    assert "<mo>&#x0223C;</mo>" in markup
+    assert "<mo>&#x000B1;</mo>" in markup
+
+
 def test_brackets_of_a_stated_size_grow_as_a_pair(extension):
     mathml = extension("tex").mathml
     sized = mathml(r"\Bigl( \frac{a}{b} \Bigr)^2", block=True)

@@ -20,6 +20,7 @@ PAGES = {
     "index.md": "# Start\n\n```{toctree}\ntheory\nwrong\n```\n",
     "theory.md": (
         "# Theory\n\n$$ a = b \\tag{1} $$\n\nBy [Eq. (1)](#eq-1), [a page](made.html), [a table](made.csv).\n"
+        "\nA length $u$, and more.\n"
     ),
     "wrong.md": (
         "# Wrong\n\n[there](theory.md#eq-1), [not there](theory.md#eq-2)\n\n"
@@ -48,6 +49,11 @@ def test_an_equation_has_an_anchor_and_its_number_beside_it(site):
     page = (site[0] / "theory.html").read_text(encoding="utf-8")
     assert re.search(r'<div class="equation[^>]*id="eq-1">', page)
     assert '<a class="number" href="#eq-1">(1)</a>' in page
+
+
+def test_what_ends_a_clause_stays_with_the_formula_before_it(site):
+    page = (site[0] / "theory.html").read_text(encoding="utf-8")
+    assert re.search(r'A length <span class="whole"><math.*<mi>u</mi>.*</math>,</span> and more\.', page)
 
 
 def test_a_link_to_an_equation_of_this_page_or_of_another_leads_to_it(site):
