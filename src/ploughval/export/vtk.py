@@ -20,7 +20,7 @@ _LAYERED = (("layers.csv", "layers"), ("model/layers.csv", "model_layers"))
 _SURFACES = (("surface.csv", "surface"), ("model/surface.csv", "model_surface"))
 _BANDS = (("bands.csv", "all_bands"), ("model/bands.csv", "all_model_bands"))
 
-Series = Mapping[int, Lines]
+Series = Iterator[tuple[int, Lines]]  # one photograph after the other, never all in memory
 Floats = NDArray[np.float64]
 
 
@@ -44,24 +44,34 @@ def write_vtk(contents: Contents, out: Path) -> list[Path]:
     DataError
         When the disk refuses, or ``vtk`` holds files that no export writes.
     """
-    series = {name: made for name, made in _series(contents) if made}
-    single = {name: made for name, made in _single(contents) if len(made.counts)}
+    opened: dict[str, str] = {}
 
     def write(folder: Path) -> None:
-        for name, frames in series.items():
-            (folder / name).mkdir()
-            paths = {frame: f"{name}/{name}_{frame:04d}.vtp" for frame in frames}
-            for frame, lines in frames.items():
-                (folder / paths[frame]).write_bytes(poly_data(lines))
-            (folder / f"{name}.pvd").write_bytes(collection(paths))
-        for name, lines in single.items():
-            (folder / f"{name}.vtp").write_bytes(poly_data(lines))
-        (folder / README).write_bytes(readme(contents.name, [*series, *single]).encode())
+        for name, series in _series(contents):
+            paths = _write_series(folder, name, series)
+            if paths:
+                opened[name] = f"{name}.pvd"
+                (folder / opened[name]).write_bytes(collection(paths))
+        for name, lines in _single(contents):
+            if len(lines.counts):
+                opened[name] = f"{name}.vtp"
+                (folder / opened[name]).write_bytes(poly_data(lines))
+        (folder / README).write_bytes(readme(contents.name, list(opened)).encode())
 
     target = out / "vtk"
     replace_folder(target, write, ENDINGS)
-    names = [README, *(f"{name}.pvd" for name in series), *(f"{name}.vtp" for name in single)]
-    return [target / name for name in names]
+    return [target / name for name in (README, *opened.values())]
+
+
+def _write_series(folder: Path, name: str, series: Series) -> dict[int, str]:
+    """Write a file for each photograph that shows something; their paths."""
+    paths = {}
+    for frame, lines in series:
+        if len(lines.counts):
+            paths[frame] = f"{name}/{name}_{frame:04d}.vtp"
+            (folder / name).mkdir(exist_ok=True)
+            (folder / paths[frame]).write_bytes(poly_data(lines))
+    return paths
 
 
 def _series(contents: Contents) -> Iterator[tuple[str, Series]]:
@@ -86,15 +96,13 @@ def _single(contents: Contents) -> Iterator[tuple[str, Lines]]:
 
 
 def _by_frame(table: pd.DataFrame, made: Callable[[pd.DataFrame], Lines]) -> Series:
-    """The rows of each photograph as lines; photographs without any are left out."""
-    found = {int(float(str(frame))): made(rows) for frame, rows in table.groupby("frame")}
-    return {frame: lines for frame, lines in found.items() if len(lines.counts)}
+    """The rows of each photograph as lines."""
+    return ((int(float(str(frame))), made(rows)) for frame, rows in table.groupby("frame"))
 
 
 def measured_points(tracks: xr.Dataset) -> Series:
     """Tracked points where they were measured, with their displacement since the first photograph."""
     start = _places(tracks, "x0_mm", "y0_mm")
-    made = {}
     for row, frame in enumerate(_frames(tracks)):
         place = _places(tracks, "x_mm", "y_mm", row)
         there = _known(place)
@@ -102,8 +110,7 @@ def measured_points(tracks: xr.Dataset) -> Series:
         arrays = {"displacement_mm": moved} | {
             name: tracks[name].to_numpy()[row].astype(np.float64) for name in ("std_mm", "zncc")
         }
-        made[frame] = _vertices(tracks, row, there, place, arrays)
-    return {frame: lines for frame, lines in made.items() if len(lines.counts)}
+        yield frame, _vertices(tracks, row, there, place, arrays)
 
 
 def lost_points(tracks: xr.Dataset) -> Series:
@@ -111,13 +118,11 @@ def lost_points(tracks: xr.Dataset) -> Series:
     frames = _frames(tracks)
     last = _places(tracks, "x0_mm", "y0_mm")
     since = np.full(tracks.sizes["point"], frames[0] if frames else 0)
-    made = {}
     for row, frame in enumerate(frames):
         place = _places(tracks, "x_mm", "y_mm", row)
         there = _known(place)
         last, since = np.where(there[:, None], place, last), np.where(there, frame, since)
-        made[frame] = _vertices(tracks, row, ~there, last, {"last_frame": since})
-    return {frame: lines for frame, lines in made.items() if len(lines.counts)}
+        yield frame, _vertices(tracks, row, ~there, last, {"last_frame": since})
 
 
 def _vertices(

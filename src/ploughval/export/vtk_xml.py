@@ -5,7 +5,7 @@ The format is that of the VTK File Formats guide: PolyData, arrays inline, each 
 
 import base64
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
@@ -81,9 +81,9 @@ def collection(files: Mapping[int, str]) -> bytes:
 
 def _cells(parent: ElementTree.Element, starts: NDArray[np.int64], counts: NDArray[np.int64]) -> None:
     """Cells of consecutive points."""
-    places: Sequence[NDArray[np.int64]] = [np.arange(a, a + n) for a, n in zip(starts, counts, strict=True)]
-    _array(parent, "connectivity", np.concatenate([np.empty(0, np.int64), *places]))
-    _array(parent, "offsets", np.cumsum(counts))
+    ends = np.cumsum(counts)
+    _array(parent, "connectivity", np.arange(counts.sum()) + np.repeat(starts - ends + counts, counts))
+    _array(parent, "offsets", ends)
 
 
 def _array(parent: ElementTree.Element, name: str, values: Array, **told: str) -> None:
