@@ -3,8 +3,14 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+
+from ploughval.model import simulate
+from ploughval.model.blocks import two_block_force
+from ploughval.model.mechanism import initial_force
+from ploughval.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 REPORTS = ROOT / "reports"
@@ -74,3 +80,44 @@ def test_adding_nodes_changes_nothing_and_a_search_among_them_misses_what_the_pa
     widest = table[table["node_spacing_d"] == table["node_spacing_d"].max()]
     missed = widest["by_nodes_switch_u_error_pct"].abs().max()
     assert rounds_to(re.search(r"up to (\d+) % at 0\.62", text).group(1), missed)
+
+
+def test_one_block_and_two_cost_what_the_table_says():
+    rows = cells("theory-model-two-blocks", "$\\varphi$, ")
+    assert len(rows) == 6
+    for angles, *shown, _ in rows:
+        phi, wall = map(float, angles.split(", "))
+        costs = initial_force(1.0, 2.0, phi, wall), two_block_force(1.0, 2.0, phi, wall).force
+        assert all(rounds_to(a, b) for a, b in zip(shown, costs, strict=True)), angles
+    assert "at least 1.3 to 5.5 % too dear at $\\varphi_w = \\varphi / 3$ (25 to 40°)" in page(
+        "theory-model-two-blocks"
+    )
+    excess = [
+        100.0 * (initial_force(1.0, 2.0, phi, phi / 3) / two_block_force(1.0, 2.0, phi, phi / 3).force - 1.0)
+        for phi in (25.0, 30.0, 35.0, 40.0)
+    ]
+    np.testing.assert_array_equal(np.round([min(excess), max(excess)], 1), [1.3, 5.5])
+
+
+def test_the_least_softened_direction_has_the_first_switch_that_the_page_says():
+    soil = {
+        "unit_weight_kN_m3": 16.0,
+        "peak_friction_deg": 50.0,
+        "residual_friction_deg": 32.0,
+        "mobilization_length_mm": 1.0,
+    }
+    tables = {"test": {"name": "page"}, "blade": {"depth_mm": 30.0, "width_mm": 1000.0}, "soil": soil}
+    shown = re.search(
+        r"at ([\d.]+) \$d\$ \(least force: ([\d.]+) \$d\$\), with .{,40}? = ([\d.]+) \(([\d.]+)\)",
+        page("theory-model-march"),
+    )
+    assert shown is not None
+    for direction, place, price in (
+        ("least_softened", shown[1], shown[3]),
+        ("least_force", shown[2], shown[4]),
+    ):
+        run = simulate(Scene.model_validate({**tables, "model": {"direction": direction}}))
+        start = run.bands["u_start_mm"].iloc[1]
+        force = np.interp(start - 1e-9, run.force["u_mm"], run.force["force_N"])
+        assert rounds_to(place, start / 30.0)
+        assert rounds_to(price, force / (0.5 * 16e-6 * 30.0**2 * 1000.0))

@@ -125,6 +125,17 @@ def test_equation_of_the_front_gives_the_reference_switches_of_loose_sand():
     np.testing.assert_allclose(found[:, 1], (1.353, 1.781, 2.288, 2.875), atol=0.002)
 
 
+def test_outcrop_beside_the_best_moves_the_first_switch_by_three_quarters_of_its_distance(monkeypatch):
+    # docs/theory-model-nodes.md, Eq. (4)
+    soil, best = sand(50.0, 32.0), Sand.outcrop
+
+    def first_switch(beside):
+        monkeypatch.setattr(Sand, "outcrop", lambda own, m: best(own, m) + beside)
+        return next_switch(soil, 0.0, [])[0]
+
+    assert (first_switch(0.01) - first_switch(-0.01)) / 0.02 == pytest.approx(0.74, abs=0.005)
+
+
 def test_trough_after_a_softening_over_a_thirtieth_of_the_depth_is_the_reference():
     soil = sand(50.0, 32.0)
     outcrop = soil.outcrop(0.0)
