@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 
 import pandas as pd
-from pydantic import BaseModel, ConfigDict
 
 from ploughval.model.fit import FITTED
 from ploughval.model.fit.information import STRETCHES
@@ -11,63 +10,11 @@ from ploughval.report.blocks import Cell, Chapter, Drawing, Pen, Table, value_ce
 from ploughval.report.figures import landscape_figure, profiles_figure, soil_fit_figure
 from ploughval.report.figures.soil_fit import quantity
 from ploughval.report.text import MISSING, brief, label, number
-from ploughval.results import Number, Results, Text, read_record
+from ploughval.results import Results, read_record
+from ploughval.results.records import FitRecord
 
 _HEAD = ("Parameter", "Best", "68 % interval", "95 % interval", "Told in [soil]", "Hangs on")
 _OPEN = "open"
-
-
-class _Entry(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="ignore")
-
-
-class ParameterEntry(_Entry):
-    """A fitted parameter."""
-
-    value: Number = None
-    interval_68: tuple[Number, ...] = ()
-    interval_95: tuple[Number, ...] = ()
-    told_by: Text = ""
-
-
-class SwitchEntry(_Entry):
-    """A change of the band in the record and in the model."""
-
-    switch: int
-    record_u_mm: Number = None
-    model_u_mm: Number = None
-    stretch: Number = None
-
-
-class ShiftEntry(_Entry):
-    """Something known beforehand, and where the fit puts it."""
-
-    shift: Number = None
-    std: Number = None
-
-
-class InformationEntry(_Entry):
-    """What a stretch of the record tells of a parameter."""
-
-    share: Number = None
-    widening: Number = None
-
-
-class FitRecord(_Entry):
-    """fit.json."""
-
-    parameters: dict[str, ParameterEntry]
-    shifts: dict[str, ShiftEntry] = {}
-    switches: tuple[SwitchEntry, ...] = ()
-    discrepancy: dict[str, Number] = {}
-    information: dict[str, dict[str, InformationEntry]] = {}
-    rises: dict[str, Number] = {}
-    residual_rms_N: Number = None
-    chi2_reduced: Number = None
-    points: int = 0
-    independent_points: Number = None
-    message: Text = ""
-    posterior: dict[str, tuple[Number, ...]] | None = None
 
 
 def soil_fit_chapter(results: Results, pen: Pen) -> Chapter | None:

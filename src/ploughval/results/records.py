@@ -1,4 +1,4 @@
-"""The records of a result folder: run.json and metrics.json; a value that could not be had is None."""
+"""Records of a result folder: run.json, metrics.json and fit.json; what could not be had is None."""
 
 import math
 from typing import Annotated, Any
@@ -19,6 +19,8 @@ Text = Annotated[str, BeforeValidator(_text)]
 
 
 class _Entry(BaseModel):
+    """Base of every record; a field may be called model_std, which pydantic keeps for itself before 2.10."""
+
     model_config = ConfigDict(frozen=True, extra="ignore", protected_namespaces=())
 
 
@@ -143,3 +145,52 @@ class MetricsRecord(_Entry):
     test: Text = ""
     metrics: dict[str, MetricEntry] = {}
     warnings: tuple[Text, ...] = ()
+
+
+class ParameterEntry(_Entry):
+    """A fitted parameter."""
+
+    value: Number = None
+    interval_68: tuple[Number, ...] = ()
+    interval_95: tuple[Number, ...] = ()
+    told_by: Text = ""
+
+
+class SwitchEntry(_Entry):
+    """A change of the band in the record and in the model."""
+
+    switch: int
+    record_u_mm: Number = None
+    model_u_mm: Number = None
+    stretch: Number = None
+
+
+class ShiftEntry(_Entry):
+    """Something known beforehand, and where the fit puts it."""
+
+    shift: Number = None
+    std: Number = None
+
+
+class InformationEntry(_Entry):
+    """What a stretch of the record tells of a parameter."""
+
+    share: Number = None
+    widening: Number = None
+
+
+class FitRecord(_Entry):
+    """fit.json."""
+
+    parameters: dict[str, ParameterEntry]
+    shifts: dict[str, ShiftEntry] = {}
+    switches: tuple[SwitchEntry, ...] = ()
+    discrepancy: dict[str, Number] = {}
+    information: dict[str, dict[str, InformationEntry]] = {}
+    rises: dict[str, Number] = {}
+    residual_rms_N: Number = None
+    chi2_reduced: Number = None
+    points: int = 0
+    independent_points: Number = None
+    message: Text = ""
+    posterior: dict[str, tuple[Number, ...]] | None = None
