@@ -131,8 +131,11 @@ class Follower:
         program, *arguments = shlex.split(command)
         if program == "ploughval" and arguments[0] != "fit":
             from ploughval.cli import app
+            from ploughval.progress import Events
 
-            done = CliRunner().invoke(app, arguments, catch_exceptions=False)
+            with pytest.MonkeyPatch.context() as patch:  # progress as on a terminal: gone at the end
+                patch.setattr("ploughval.talk.Lines", lambda say: Events(lambda event: None))
+                done = CliRunner().invoke(app, arguments, catch_exceptions=False)
             return done.exit_code, done.output
         if program == "ploughval":  # fit asks for one thread of linear algebra before that is loaded
             line = [sys.executable, "-m", "ploughval.cli", *arguments]
@@ -187,13 +190,9 @@ def pages() -> dict[str, list[Block]]:
 
 
 @pytest.fixture(scope="session")
-def follower() -> Iterator[type[Follower]]:
-    """Makes someone who follows a page; progress is seen as on a terminal, where it is gone at the end."""
-    from ploughval.progress import Events
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ploughval.talk.Lines", lambda say: Events(lambda event: None))
-        yield Follower
+def follower() -> type[Follower]:
+    """Makes someone who follows a page."""
+    return Follower
 
 
 @dataclass(frozen=True)
