@@ -11,7 +11,7 @@ from scipy.io import savemat
 from ploughval.axes import Status
 from ploughval.export.contents import Contents, Part
 from ploughval.results import VARIABLES
-from ploughval.run.kept.written import write_aside
+from ploughval.run.kept.written import write_bytes
 
 _HEADER = 116  # bytes of text at the beginning of the file, in which a date would stand
 
@@ -38,7 +38,7 @@ def write_mat(contents: Contents, out: Path) -> list[Path]:
         f"MATLAB 5.0 MAT-file, {contents.texts['source']}"[:_HEADER].ljust(_HEADER).encode("ascii")
     )
     path = out / f"{contents.stem}.mat"
-    write_aside(path, lambda aside: aside.write_bytes(data))
+    write_bytes(path, data)
     return [path]
 
 

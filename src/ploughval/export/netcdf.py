@@ -7,7 +7,7 @@ import xarray as xr
 from ploughval.export.contents import Contents
 from ploughval.results import table_dataset
 from ploughval.run.kept.netcdf import netcdf_bytes
-from ploughval.run.kept.written import write_aside
+from ploughval.run.kept.written import write_bytes
 
 CONVENTIONS = "CF-1.11"
 
@@ -35,6 +35,6 @@ def write_netcdf(contents: Contents, out: Path) -> list[Path]:
         groups[part.told.name.removesuffix(".csv")] = dataset
     if contents.tracks is not None:
         groups["tracks"] = contents.tracks.drop_encoding()
-    data, path = netcdf_bytes(groups), out / f"{contents.stem}.nc"
-    write_aside(path, lambda aside: aside.write_bytes(data))
+    path = out / f"{contents.stem}.nc"
+    write_bytes(path, netcdf_bytes(groups))
     return [path]

@@ -9,7 +9,7 @@ import numpy as np
 from ploughval.run.findings import Findings
 from ploughval.run.kept.stages import PAGE, STAGES, STATE, WINDOW, page_key
 from ploughval.run.kept.store import Store
-from ploughval.run.kept.written import clean_aside, write_aside, write_json
+from ploughval.run.kept.written import clean_aside, write_bytes, write_json
 from ploughval.run.provenance import file_digest
 from ploughval.run.results import forget, run_record
 from ploughval.scene import Scene
@@ -60,8 +60,7 @@ def finish(scene: Scene, found: Findings, kept: Store, page: Page | None) -> Pat
     arrays = kept.load(PAGE, key)
     write_json(results / RECORD, record | {"stages": stage_notes(found, kept)})
     if arrays is not None:
-        html = arrays["html"].tobytes()
-        write_aside(results / REPORT, lambda aside: aside.write_bytes(html))
+        write_bytes(results / REPORT, arrays["html"].tobytes())
         return results / REPORT
     written = page(results)
     kept.save(PAGE, key, {"html": np.frombuffer(written.read_bytes(), np.uint8)})

@@ -20,7 +20,7 @@ from ploughval.photos.calibration.file import calibration_record
 from ploughval.run import provenance
 from ploughval.run.findings import Findings
 from ploughval.run.kept.netcdf import netcdf_bytes
-from ploughval.run.kept.written import sync_folder, write_aside, write_csv, write_json
+from ploughval.run.kept.written import sync_folder, write_bytes, write_csv, write_json
 from ploughval.run.load_cells import force_at_frames, load_cell_record
 from ploughval.run.practice import good_practice, shot_of
 from ploughval.run.tables import blade_table
@@ -138,8 +138,7 @@ class _Writer:
         write_json(self._path(name), value)
 
     def netcdf(self, name: str, dataset: xr.Dataset) -> None:
-        data = netcdf_bytes({"": dataset})
-        write_aside(self._path(name), lambda p: p.write_bytes(data))
+        write_bytes(self._path(name), netcdf_bytes({"": dataset}))
 
     def _path(self, name: str) -> Path:
         path = self.folder / name

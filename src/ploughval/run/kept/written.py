@@ -72,9 +72,14 @@ def sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
+def write_bytes(path: Path, data: bytes | bytearray) -> None:
+    """Write bytes so that the file is there whole or not at all; raises as :func:`write_aside`."""
+    write_aside(path, lambda aside: aside.write_bytes(data))
+
+
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with Unix line ends, aside and renamed."""
-    write_aside(path, lambda p: p.write_bytes(text.encode("utf-8")))
+    write_bytes(path, text.encode("utf-8"))
 
 
 def write_json(path: Path, value: Any) -> None:
